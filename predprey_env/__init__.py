@@ -1,0 +1,8 @@
+"""Predators and prey on a toroid, as a PettingZoo environment."""
+
+from predprey_env.config import EnvConfig
+from predprey_env.parallel_env import PredPreyEnv
+from predprey_env.predprey_v0 import env, parallel_env, raw_env
+
+__all__ = ["EnvConfig", "PredPreyEnv", "env", "parallel_env", "raw_env"]
+__version__ = "0.1.0"

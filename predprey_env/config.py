@@ -1,0 +1,108 @@
+"""The parameters of the world."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+from pydantic import Field, model_validator
+
+from predprey_env.settings import Settings
+
+MOVES = ("east", "west", "north", "south", "idle")
+"""Actions in index order. Predators have all five, prey the first four (section V)."""
+
+CLOSENESS = ("uncaught", "all", "nearest")
+
+
+class Rules(NamedTuple):
+    """:class:`EnvConfig` as compiled code reads it: plain numbers."""
+
+    n_predators: int
+    n_prey: int
+    size: int
+    max_cycles: int
+    prey_first: bool
+    swap_captures: bool
+    closeness: int
+    individual_credit: bool
+    complementary: bool
+
+
+class EnvConfig(Settings):
+    """The world of Rawal, Rajagopalan & Miikkulainen (2010), sections III and V, with its open points as switches."""
+
+    n_predators: int = Field(default=3, ge=1)
+    """Predators in the team."""
+
+    n_prey: int = Field(default=2, ge=1)
+    """Prey in the team."""
+
+    size: int = Field(default=100, ge=3, le=10_000)
+    """Side of the square toroid, in cells."""
+
+    max_cycles: int = Field(default=150, ge=1)
+    """Time limit of an episode, in steps."""
+
+    move_order: Literal["simultaneous", "prey_first"] = "simultaneous"
+    """Who moves when, once all have chosen: all at once, or the prey and then the predators."""
+
+    swap_captures: bool = False
+    """Whether a predator and a prey that trade places in one simultaneous step count as a capture."""
+
+    captured_prey: Literal["inert", "removed"] = "inert"
+    """What becomes of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves."""
+
+    start_collisions: Literal["redraw", "allow"] = "redraw"
+    """What becomes of a random start in which a predator shares a prey's cell."""
+
+    predator_idle: bool = True
+    """Whether predators have the fifth action, to stand still."""
+
+    closeness: Literal["uncaught", "all", "nearest"] = "uncaught"
+    """Distances in the predators' fitness: to each uncaught prey; to all prey, a caught one at distance 0; or from the
+    nearest predator to each uncaught prey."""
+
+    credit: Literal["team", "individual"] = "team"
+    """Whose distances count for a predator: the whole team's or its own."""
+
+    prey_fitness: Literal["lifespan", "complementary"] = "lifespan"
+    """The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing."""
+
+    reward: Literal["terminal", "dense"] = "terminal"
+    """Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> EnvConfig:
+        if self.n_agents > self.size**2:
+            raise ValueError(f"{self.n_agents} agents need at least as many cells, got size={self.size}")
+        return self
+
+    @property
+    def n_agents(self) -> int:
+        """Predators and prey together; predators come first in every array."""
+        return self.n_predators + self.n_prey
+
+    @property
+    def n_predator_actions(self) -> int:
+        """5, or 4 where predators may not idle."""
+        return 5 if self.predator_idle else 4
+
+    @property
+    def n_prey_actions(self) -> int:
+        """4: prey always move."""
+        return 4
+
+    @property
+    def rules(self) -> Rules:
+        """The same as numbers for compiled code."""
+        return Rules(
+            n_predators=self.n_predators,
+            n_prey=self.n_prey,
+            size=self.size,
+            max_cycles=self.max_cycles,
+            prey_first=self.move_order == "prey_first",
+            swap_captures=self.swap_captures,
+            closeness=CLOSENESS.index(self.closeness),
+            individual_credit=self.credit == "individual",
+            complementary=self.prey_fitness == "complementary",
+        )

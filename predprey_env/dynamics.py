@@ -1,0 +1,129 @@
+"""One step of the world: who moves where, and who is caught (sections III and V).
+
+Agents are rows, predators first. All functions change a :class:`World` in place and allocate nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from predprey_env.compilation import rule
+from predprey_env.config import EnvConfig, Rules
+from predprey_env.lanes import load, store, where
+from predprey_env.torus import wrap
+
+
+class World(NamedTuple):
+    """Positions and survivors of one world, or of a block of worlds with a last axis of ``LANES``."""
+
+    x: Any
+    """Columns, in cells, in [0, size): int32 ``(n_agents,)``. East is +1."""
+
+    y: Any
+    """Rows, in cells, in [0, size): int32 ``(n_agents,)``. North is +1."""
+
+    alive: Any
+    """1 while a prey is not caught: int32 ``(n_prey,)``."""
+
+
+@rule
+def target(world: World, agent: int, action: Any, size: int) -> Any:
+    """The cell ``(x, y)`` that an action leads to. 0 east, 1 west, 2 north, 3 south, 4 idle."""
+    east_west = where(action == 0, 1, where(action == 1, -1, 0))
+    north_south = where(action == 2, 1, where(action == 3, -1, 0))
+    return wrap(load(world.x, agent) + east_west, size), wrap(load(world.y, agent) + north_south, size)
+
+
+@rule
+def move_predators(world: World, actions: Any, rules: Rules) -> None:
+    """Every predator takes its action."""
+    for predator in range(rules.n_predators):
+        x, y = target(world, predator, load(actions, predator), rules.size)
+        store(world.x, predator, x)
+        store(world.y, predator, y)
+
+
+@rule
+def move_prey(world: World, actions: Any, rules: Rules) -> None:
+    """Every prey that is not caught takes its action; a caught one stays where it is."""
+    for prey in range(rules.n_prey):
+        agent = rules.n_predators + prey
+        free = load(world.alive, prey) != 0
+        x, y = target(world, agent, load(actions, agent), rules.size)
+        store(world.x, agent, where(free, x, load(world.x, agent)))
+        store(world.y, agent, where(free, y, load(world.y, agent)))
+
+
+@rule
+def capture(world: World, rules: Rules) -> None:
+    """A prey is caught when a predator is in its cell."""
+    for prey in range(rules.n_prey):
+        agent = rules.n_predators + prey
+        alive = load(world.alive, prey)
+        for predator in range(rules.n_predators):
+            met = (load(world.x, predator) == load(world.x, agent)) & (load(world.y, predator) == load(world.y, agent))
+            alive = where(met, 0, alive)
+        store(world.alive, prey, alive)
+
+
+@rule
+def capture_swaps(world: World, actions: Any, rules: Rules) -> None:
+    """Before the moves: a prey is caught when it and a predator are about to trade cells."""
+    for prey in range(rules.n_prey):
+        agent = rules.n_predators + prey
+        alive = load(world.alive, prey)
+        prey_x, prey_y = target(world, agent, load(actions, agent), rules.size)
+        for predator in range(rules.n_predators):
+            x, y = target(world, predator, load(actions, predator), rules.size)
+            prey_arrives = (prey_x == load(world.x, predator)) & (prey_y == load(world.y, predator))
+            predator_arrives = (x == load(world.x, agent)) & (y == load(world.y, agent))
+            alive = where(prey_arrives & predator_arrives, 0, alive)
+        store(world.alive, prey, alive)
+
+
+@rule
+def step(world: World, actions: Any, rules: Rules) -> None:
+    """One time step: int32 ``actions`` of shape ``(n_agents,)``; those of caught prey are ignored.
+
+    Everybody chooses on the same view of the world. By default all move at once and captures are looked for after the
+    move. With ``prey_first`` the prey move, then the predators, and captures are looked for after each.
+    """
+    if rules.prey_first:
+        move_prey(world, actions, rules)
+        capture(world, rules)
+        move_predators(world, actions, rules)
+    else:
+        if rules.swap_captures:
+            capture_swaps(world, actions, rules)
+        move_prey(world, actions, rules)
+        move_predators(world, actions, rules)
+    capture(world, rules)
+
+
+@rule
+def count_alive(world: World, rules: Rules) -> Any:
+    """How many prey are not caught."""
+    alive = load(world.alive, 0)
+    for prey in range(1, rules.n_prey):
+        alive = alive + load(world.alive, prey)
+    return alive
+
+
+def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
+    """Uniform random starts: int32 ``(n_starts, n_agents, 2)``, columns and rows in cells, predators first.
+
+    Where ``start_collisions`` says so, a start in which a predator shares a prey's cell is drawn again.
+    """
+    shape = (config.n_agents, 2)
+    starts = generator.integers(0, config.size, size=(n_starts, *shape), dtype=np.int32)
+    if config.start_collisions == "redraw":
+        while len(bad := np.flatnonzero(_collides(starts, config.n_predators))):
+            starts[bad] = generator.integers(0, config.size, size=(len(bad), *shape), dtype=np.int32)
+    return starts
+
+
+def _collides(starts: np.ndarray, n_predators: int) -> np.ndarray:
+    predators, prey = starts[:, :n_predators, None], starts[:, None, n_predators:]
+    return (predators == prey).all(axis=-1).any(axis=(1, 2))

@@ -1,0 +1,84 @@
+"""The fitness of both teams (section V), as if the episode ended now. One world at a time, in double precision."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from predprey_env.compilation import rule
+from predprey_env.config import Rules
+from predprey_env.dynamics import World, count_alive
+from predprey_env.torus import displacement, largest_distance, manhattan
+
+BEST = 25.0
+"""The fitness of a predator team that caught all prey, and of a prey team that lost none."""
+
+ALL, NEAREST = 1, 2  # positions in config.CLOSENESS
+
+
+@rule
+def distance(world: World, predator: int, prey: int, rules: Rules) -> Any:
+    """Toroidal Manhattan distance from a predator to a prey, in steps; 0 for a caught prey."""
+    if world.alive[prey] == 0:
+        return 0
+    agent = rules.n_predators + prey
+    dx = displacement(world.x[predator], world.x[agent], rules.size)
+    dy = displacement(world.y[predator], world.y[agent], rules.size)
+    return manhattan(dx, dy)
+
+
+@rule
+def closeness(world: World, first: int, last: int, rules: Rules) -> float:
+    """``d`` of the predators ``first`` to ``last - 1``, in [0, 1]: 1 minus their mean distance to the prey over the
+    largest distance on the torus.
+
+    The paper calls ``d`` "the normalized sum of distances"; taken as closeness, over the prey still free, it is the one
+    reading that leaves the fitness ordered by prey caught and below 25.
+    """
+    total, terms = 0.0, 0
+    for prey in range(rules.n_prey):
+        if world.alive[prey] == 0 and rules.closeness != ALL:
+            continue
+        nearest = largest_distance(rules.size)
+        for predator in range(first, last):
+            steps = distance(world, predator, prey, rules)
+            nearest = min(nearest, steps)
+            if rules.closeness != NEAREST:
+                total += steps
+                terms += 1
+        if rules.closeness == NEAREST:
+            total += nearest
+            terms += 1
+    return 1.0 - total / (terms * largest_distance(rules.size))
+
+
+@rule
+def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float:
+    """25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught."""
+    n = rules.n_prey
+    caught = n - count_alive(world, rules)
+    if caught == n:
+        return BEST
+    return 20.0 * caught / n + 2.0 * caught + 20.0 * closeness(world, first, last, rules) / n
+
+
+@rule
+def prey_fitness(world: World, steps: int, rules: Rules) -> float:
+    """25 if none is caught, 12.5 if some are, ``12.5 rho / R`` if all: ``rho`` the steps played until the last was
+    caught, ``R`` the time limit."""
+    alive = count_alive(world, rules)
+    if alive == rules.n_prey:
+        return BEST
+    if alive > 0:
+        return BEST / 2
+    return BEST / 2 * steps / rules.max_cycles
+
+
+@rule
+def fitness(world: World, steps: int, rules: Rules, out: Any) -> None:
+    """Write every agent's fitness to ``out``, float64 ``(n_agents,)``, for an episode of ``steps`` steps."""
+    team = predator_fitness(world, 0, rules.n_predators, rules)
+    for predator in range(rules.n_predators):
+        own = rules.individual_credit
+        out[predator] = predator_fitness(world, predator, predator + 1, rules) if own else team
+    for prey in range(rules.n_prey):
+        out[rules.n_predators + prey] = BEST - team if rules.complementary else prey_fitness(world, steps, rules)

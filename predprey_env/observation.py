@@ -1,0 +1,32 @@
+"""What an agent sees: the offsets of the opposing team, and nothing of its own (section V)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from predprey_env.compilation import rule
+from predprey_env.config import Rules
+from predprey_env.dynamics import World
+from predprey_env.lanes import as_float, load, store, where
+from predprey_env.torus import displacement
+
+
+@rule
+def observe(world: World, agent: int, rules: Rules, out: Any, row: int) -> int:
+    """Write an agent's view to ``out``, float32, from ``row`` on, and return the row after it.
+
+    For each opponent, in order: its offset along x, then along y, opponent minus self, the shortest way round the
+    torus, in cells. To and from a caught prey it is (0, 0).
+    """
+    predator = agent < rules.n_predators
+    first = rules.n_predators if predator else 0
+    n_opponents = rules.n_prey if predator else rules.n_predators
+    for opponent in range(first, first + n_opponents):
+        prey = (opponent if predator else agent) - rules.n_predators
+        free = load(world.alive, prey) != 0
+        dx = displacement(load(world.x, agent), load(world.x, opponent), rules.size)
+        dy = displacement(load(world.y, agent), load(world.y, opponent), rules.size)
+        store(out, row, as_float(where(free, dx, 0)))
+        store(out, row + 1, as_float(where(free, dy, 0)))
+        row += 2
+    return row

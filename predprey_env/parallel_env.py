@@ -1,0 +1,228 @@
+"""PettingZoo's face of the world: dictionaries in, dictionaries out. The rules are elsewhere."""
+
+from __future__ import annotations
+
+from operator import index
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+from gymnasium.utils import seeding
+from pettingzoo import ParallelEnv
+
+from predprey_env.compilation import entry_point
+from predprey_env.config import EnvConfig, Rules
+from predprey_env.dynamics import World, draw_starts, step
+from predprey_env.fitness import fitness
+from predprey_env.observation import observe
+from predprey_env.rendering import picture, text
+
+RENDER_MODES = ("human", "ansi", "rgb_array")
+
+Observation = np.ndarray
+Info = dict[str, float]
+
+
+@entry_point
+def _advance(world: World, actions: Any, moves: bool, steps: int, rules: Rules, seen: Any, scores: Any) -> None:
+    """Play a step (or none, after a reset), then look: observations and fitness."""
+    if moves:
+        step(world, actions, rules)
+    row = 0
+    for agent in range(rules.n_predators + rules.n_prey):
+        row = observe(world, agent, rules, seen, row)
+    fitness(world, steps, rules, scores)
+
+
+class PredPreyEnv(ParallelEnv[str, Observation, int]):
+    """Predators and prey on a toroid; see :mod:`predprey_env.predprey_v0` for the specification."""
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "predprey_v0",
+        "render_modes": list(RENDER_MODES),
+        "render_fps": 15,
+        "is_parallelizable": True,
+    }
+
+    def __init__(self, config: EnvConfig | None = None, render_mode: str | None = None) -> None:
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise ValueError(f"render_mode must be None or one of {', '.join(RENDER_MODES)}, got {render_mode!r}")
+        self.config = config = config or EnvConfig()
+        self.render_mode = render_mode
+        self.possible_agents = [f"predator_{i}" for i in range(config.n_predators)]
+        self.possible_agents += [f"prey_{i}" for i in range(config.n_prey)]
+        self.agents: list[str] = []
+
+        low, high = -(config.size // 2), config.size - config.size // 2 - 1
+        lengths = [2 * config.n_prey] * config.n_predators + [2 * config.n_predators] * config.n_prey
+        n_actions = [config.n_predator_actions] * config.n_predators + [config.n_prey_actions] * config.n_prey
+        self.observation_spaces = {
+            agent: Box(low, high, (length,), np.float32)
+            for agent, length in zip(self.possible_agents, lengths, strict=True)
+        }
+        self.action_spaces = {
+            agent: Discrete(n) for agent, n in zip(self.possible_agents, n_actions, strict=True)
+        }
+        top = np.array([config.size - 1] * (2 * config.n_agents) + [1] * (config.n_prey + 1), np.float32)
+        self.state_space = Box(np.zeros_like(top), top, dtype=np.float32)
+
+        ends = np.cumsum(lengths)
+        self._index = {agent: i for i, agent in enumerate(self.possible_agents)}
+        self._slices = [slice(int(end) - length, int(end)) for end, length in zip(ends, lengths, strict=True)]
+        self._n_seen = int(ends[-1])
+        self._n_actions = n_actions
+        self._rules = config.rules
+        self._generator: np.random.Generator | None = None
+        self._world: World | None = None
+        self._actions = np.zeros(config.n_agents, np.int32)
+        self._scores = np.zeros(config.n_agents)
+        self._steps = 0
+
+    def __str__(self) -> str:
+        return str(self.metadata["name"])
+
+    @property
+    def max_cycles(self) -> int:
+        """The time limit in steps; may be set between episodes."""
+        return self.config.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self.config = self.config.replace(max_cycles=steps)
+        self._rules = self.config.rules
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The environment's generator, made when first asked for: copies made before are then seeded apart."""
+        if self._generator is None:
+            self._generator, _ = seeding.np_random()
+        return self._generator
+
+    def observation_space(self, agent: str) -> Box:
+        """The same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Discrete:  # type: ignore[type-arg]
+        """The same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, Info]]:
+        """Start an episode from random places, or from ``options={"starts": (n_agents, 2) cells}``."""
+        if seed is not None:
+            self._generator, _ = seeding.np_random(seed)
+        starts = (options or {}).get("starts")
+        places = draw_starts(self.np_random, 1, self.config)[0] if starts is None else self._checked(starts)
+        self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
+        self._steps = 0
+        self.agents = self.possible_agents[:]
+        observations = self._look(moves=False)
+        if self.render_mode == "human":
+            self.render()
+        return observations, self._infos(self.agents)
+
+    def step(
+        self, actions: dict[str, int]
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
+        """Play one step. Actions of caught or absent agents are ignored; after the end, five empty dictionaries."""
+        if self._world is None:
+            raise RuntimeError("reset() must be called before step()")
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        acting, free, before = self.agents, self._alive, self._fitness
+        self._read(actions, free)
+        self._steps += 1
+        observations = self._look(moves=True)
+
+        caught_all = not any(self._alive)
+        at_limit = self._steps >= self._rules.max_cycles and not caught_all
+        terminations = dict.fromkeys(acting, caught_all)
+        if self.config.captured_prey == "removed" and self._alive != free:
+            terminations.update({agent: True for agent in acting if self._captured(agent)})
+        if self.config.reward == "dense":
+            rewards = {agent: self._fitness[i] - before[i] for agent, i in self._rows(acting)}
+        elif caught_all or at_limit or True in terminations.values():
+            ended = {agent: at_limit or terminations[agent] for agent in acting}
+            rewards = {agent: self._fitness[i] if ended[agent] else 0.0 for agent, i in self._rows(acting)}
+        else:
+            rewards = dict.fromkeys(acting, 0.0)
+        infos = self._infos(acting)
+        self.agents = [] if at_limit else [agent for agent in acting if not terminations[agent]]
+        if self.render_mode == "human":
+            self.render()
+        return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
+
+    def state(self) -> np.ndarray:
+        """Everything, for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``. All columns, all rows, which prey
+        are free, and the share of the time limit that has passed."""
+        if self._world is None:
+            raise RuntimeError("reset() must be called before state()")
+        passed = [self._steps / self._rules.max_cycles]
+        return np.concatenate([*self._world, passed], dtype=np.float32)
+
+    def render(self) -> str | np.ndarray | None:
+        """The world as text (`ansi`), as an RGB array (`rgb_array`), or printed to the terminal (`human`)."""
+        if self._world is None:
+            raise RuntimeError("reset() must be called before render()")
+        if self.render_mode == "rgb_array":
+            return picture(self._world, self.config)
+        if self.render_mode is None:
+            return None
+        frame = text(self._world, self.config, self._steps)
+        if self.render_mode == "ansi":
+            return frame
+        print(frame)
+        return None
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def _checked(self, starts: Any) -> np.ndarray:
+        """Given starts as int32 ``(n_agents, 2)``, or :class:`ValueError`."""
+        places, expected = np.asarray(starts), (self.config.n_agents, 2)
+        if places.shape != expected or not np.issubdtype(places.dtype, np.integer):
+            raise ValueError(f"starts must be integers of shape {expected}, got {places.dtype} of shape {places.shape}")
+        if places.min() < 0 or places.max() >= self.config.size:
+            raise ValueError(f"starts must lie in [0, {self.config.size}), got {places.min()} to {places.max()}")
+        return places.astype(np.int32)
+
+    def _read(self, actions: dict[str, int], free: list[int]) -> None:
+        """Take the actions of the agents that can act into the array, or :class:`ValueError` with the world untouched."""
+        chosen = self._actions.tolist()
+        for agent, i in self._rows(self.agents):
+            prey = i - self.config.n_predators
+            if prey >= 0 and not free[prey]:
+                continue
+            try:
+                action = index(actions[agent])
+            except KeyError:
+                raise ValueError(f"an action for {agent} is missing; got actions for {sorted(actions)}") from None
+            except TypeError:
+                raise ValueError(f"the action of {agent} must be an integer, got {actions[agent]!r}") from None
+            if not 0 <= action < self._n_actions[i]:
+                raise ValueError(f"the action of {agent} must be in 0..{self._n_actions[i] - 1}, got {action}")
+            chosen[i] = action
+        self._actions[:] = chosen
+
+    def _look(self, *, moves: bool) -> dict[str, Observation]:
+        """Advance the world, keep what the step needs to know of it, and give each acting agent its view."""
+        seen = np.empty(self._n_seen, np.float32)
+        _advance(self._world, self._actions, moves, self._steps, self._rules, seen, self._scores)
+        self._alive: list[int] = self._world.alive.tolist()  # type: ignore[union-attr]
+        self._fitness: list[float] = self._scores.tolist()
+        return {agent: seen[self._slices[i]] for agent, i in self._rows(self.agents)}
+
+    def _rows(self, agents: list[str]) -> list[tuple[str, int]]:
+        return [(agent, self._index[agent]) for agent in agents]
+
+    def _captured(self, agent: str) -> int:
+        prey = self._index[agent] - self.config.n_predators
+        return int(prey >= 0 and not self._alive[prey])
+
+    def _infos(self, agents: list[str]) -> dict[str, Info]:
+        n_captured = self._alive.count(0)
+        return {
+            agent: {"captured": self._captured(agent), "n_captured": n_captured, "fitness": self._fitness[i]}
+            for agent, i in self._rows(agents)
+        }

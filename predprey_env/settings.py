@@ -1,0 +1,83 @@
+"""Validated, immutable settings whose errors fit on one line."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+Self = TypeVar("Self", bound="Settings")
+
+_BOUNDS = {
+    "greater_than_equal": ("at least", "ge"),
+    "greater_than": ("greater than", "gt"),
+    "less_than_equal": ("at most", "le"),
+    "less_than": ("less than", "lt"),
+}
+
+
+class Settings(BaseModel):
+    """Base of every configuration: frozen, no unknown fields, no silent conversion.
+
+    Raises :class:`ValueError` with one line that says what was expected and what came.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True)
+
+    def __init__(self, **fields: Any) -> None:
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            raise ValueError(one_line(error, type(self))) from None
+
+    @classmethod
+    def from_dict(cls: type[Self], fields: Any) -> Self:
+        """Settings from nested plain dictionaries, as JSON holds them."""
+        if not isinstance(fields, dict):
+            raise ValueError(f"{cls.__name__} must be a mapping of fields, got {fields!r}")
+        return cls(**fields)
+
+    def replace(self: Self, **fields: Any) -> Self:
+        """A validated copy with some fields changed."""
+        return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **fields})
+
+
+def one_line(error: ValidationError, settings: type[BaseModel]) -> str:
+    """The first fault of a validation, in one line."""
+    fault = error.errors(include_url=False)[0]
+    field = ".".join(str(part) for part in fault["loc"] if part != "constrained-str")
+    kind, got, context = fault["type"], fault["input"], fault.get("ctx", {})
+    if kind == "extra_forbidden":
+        return unknown_field(field, field_names(settings))
+    if kind == "missing":
+        return f"{field} is missing"
+    if kind in _BOUNDS:
+        words, bound = _BOUNDS[kind]
+        return f"{field} must be {words} {context[bound]}, got {got!r}"
+    if kind == "literal_error":
+        return f"{field} must be {context['expected']}, got {got!r}"
+    if kind == "value_error":
+        return str(context["error"])
+    expected = fault["msg"].removeprefix("Input should be ").removeprefix("a valid ")
+    return f"{field} must be {expected}, got {got!r}"
+
+
+def unknown_field(field: str, known: list[str]) -> str:
+    """The line for a field that does not exist, with the nearest name that does."""
+    near = difflib.get_close_matches(field, known, n=1) or difflib.get_close_matches(
+        field.rpartition(".")[2], known, n=1, cutoff=0.5
+    )
+    return f"unknown field {field}" + (f"; did you mean {near[0]}?" if near else "")
+
+
+def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
+    """Dotted names of all fields, nested ones included."""
+    names = []
+    for name, field in settings.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            names += field_names(kind, f"{prefix}{name}.")
+        else:
+            names.append(prefix + name)
+    return names

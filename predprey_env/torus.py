@@ -1,0 +1,39 @@
+"""Geometry of the toroid: positions wrap round, distances take the shorter way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from predprey_env.compilation import rule
+from predprey_env.lanes import where
+
+
+@rule
+def wrap(coordinate: Any, size: int) -> Any:
+    """A coordinate in [-size, 2 * size) brought back into [0, size), in cells."""
+    coordinate = where(coordinate < 0, coordinate + size, coordinate)
+    return where(coordinate >= size, coordinate - size, coordinate)
+
+
+@rule
+def displacement(start: Any, end: Any, size: int) -> Any:
+    """Signed shortest way along one axis, in cells, in ``[-(size // 2), size - size // 2 - 1]``.
+
+    On an even torus the two ways to the antipode tie, and the negative one is taken.
+    """
+    half = size // 2
+    way = end - start
+    way = where(way < -half, way + size, way)
+    return where(way >= size - half, way - size, way)
+
+
+@rule
+def manhattan(dx: Any, dy: Any) -> Any:
+    """Length of a displacement, in steps."""
+    return where(dx < 0, 0 - dx, dx) + where(dy < 0, 0 - dy, dy)
+
+
+@rule
+def largest_distance(size: int) -> int:
+    """The largest toroidal Manhattan distance between two cells."""
+    return 2 * (size // 2)
