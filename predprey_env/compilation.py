@@ -17,14 +17,14 @@ from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.registry import CPUDispatcher
 
-from predprey_env import lanes
+from predprey_env import floats, lanes
 
 Compiled = TypeVar("Compiled", bound=Callable[..., Any])
 
 
 def source_files(function: FunctionType) -> set[str]:
     """The files of a function and of every compiled function that it calls, directly or not."""
-    files, pending = {lanes.__file__}, [function]
+    files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
     seen: set[FunctionType] = set()
     while pending:
         current = pending.pop()
@@ -50,12 +50,18 @@ class _DigestCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
 
 
 def rule(function: Compiled) -> Compiled:
-    """Compile a function that other compiled functions call; it becomes part of them."""
-    return njit(nogil=True)(function)  # type: ignore[no-any-return]
+    """Compile a function that other compiled functions call; it becomes part of them.
+
+    Rules allocate nothing (and could not: Numba's reference counts, switched off here, cost more than the rules do).
+    """
+    return njit(nogil=True, _nrt=False, forceinline=True)(function)  # type: ignore[no-any-return]
 
 
 def entry_point(function: Compiled) -> Compiled:
-    """Compile a function that Python calls, keep the machine code on disk, and let threads run it at the same time."""
-    dispatcher = njit(nogil=True)(function)
+    """Compile a function that Python calls, keep the machine code on disk, and let threads run it at the same time.
+
+    It allocates nothing either; callers pass it the memory it works in.
+    """
+    dispatcher = njit(nogil=True, _nrt=False)(function)
     dispatcher._cache = _DigestCache(function)
     return dispatcher  # type: ignore[no-any-return]

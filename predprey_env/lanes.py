@@ -19,10 +19,8 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.extending import intrinsic, overload, register_model
 
@@ -47,15 +45,15 @@ class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
         super().__init__(manager, lanes, ir.VectorType(_ELEMENTS[lanes.element], LANES))
 
 
-_FLOATS, _INTEGERS, _MASK = Lanes(types.float32), Lanes(types.int32), Lanes(types.boolean)
-_OF_ELEMENT = {types.float32: _FLOATS, types.int32: _INTEGERS}
+FLOATS, _INTEGERS, _MASK = Lanes(types.float32), Lanes(types.int32), Lanes(types.boolean)
+_OF_ELEMENT = {types.float32: FLOATS, types.int32: _INTEGERS}
 
 
-def _is_lanes(*values: Any) -> bool:
+def is_lanes(*values: Any) -> bool:
     return any(isinstance(value, Lanes) for value in values)
 
 
-def _spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: Any) -> Any:
+def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: Any) -> Any:
     """The value itself, or a number cast to the element type and repeated in every lane."""
     if isinstance(given, Lanes):
         return value
@@ -74,22 +72,22 @@ def _define_operator(python_operator: Callable[..., Any], emit: Callable[..., An
 
         def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
             pair = zip(signature.args, arguments, strict=True)
-            return emit(builder, lanes, *(_spread(context, builder, lanes, given, value) for given, value in pair))
+            return emit(builder, lanes, *(spread(context, builder, lanes, given, value) for given, value in pair))
 
         return (_MASK if gives_mask else lanes)(a, b), codegen
 
     @overload(python_operator)
     def _on_lanes(a, b):  # type: ignore[no-untyped-def]
-        return (lambda a, b: lanes_operator(a, b)) if _is_lanes(a, b) else None
+        return (lambda a, b: lanes_operator(a, b)) if is_lanes(a, b) else None
 
 
 def _arithmetic(of_floats: str, of_integers: str) -> Callable[..., Any]:
-    return lambda builder, lanes, a, b: getattr(builder, of_floats if lanes is _FLOATS else of_integers)(a, b)
+    return lambda builder, lanes, a, b: getattr(builder, of_floats if lanes is FLOATS else of_integers)(a, b)
 
 
 def _comparison(symbol: str) -> Callable[..., Any]:
     return lambda builder, lanes, a, b: (
-        builder.fcmp_ordered(symbol, a, b) if lanes is _FLOATS else builder.icmp_signed(symbol, a, b)
+        builder.fcmp_ordered(symbol, a, b) if lanes is FLOATS else builder.icmp_signed(symbol, a, b)
     )
 
 
@@ -116,18 +114,18 @@ def where(mask: Any, a: Any, b: Any) -> Any:
 @intrinsic
 def _select(_context, mask, a, b):  # type: ignore[no-untyped-def]
     known = a if isinstance(a, Lanes) else b
-    lanes = known if isinstance(known, Lanes) else (_INTEGERS if isinstance(a, types.Integer) else _FLOATS)
+    lanes = known if isinstance(known, Lanes) else (_INTEGERS if isinstance(a, types.Integer) else FLOATS)
 
     def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         pair = zip(signature.args[1:], arguments[1:], strict=True)
-        return builder.select(arguments[0], *(_spread(context, builder, lanes, given, value) for given, value in pair))
+        return builder.select(arguments[0], *(spread(context, builder, lanes, given, value) for given, value in pair))
 
     return lanes(mask, a, b), codegen
 
 
 @overload(where)
 def _where(mask, a, b):  # type: ignore[no-untyped-def]
-    if _is_lanes(mask):
+    if is_lanes(mask):
         return lambda mask, a, b: _select(mask, a, b)
     return lambda mask, a, b: a if mask else b
 
@@ -148,7 +146,7 @@ def _any_lane(_context, mask):  # type: ignore[no-untyped-def]
 
 @overload(any_of)
 def _any_of(mask):  # type: ignore[no-untyped-def]
-    return (lambda mask: _any_lane(mask)) if _is_lanes(mask) else (lambda mask: mask)
+    return (lambda mask: _any_lane(mask)) if is_lanes(mask) else (lambda mask: mask)
 
 
 def load(array: Any, row: int) -> Any:
@@ -161,7 +159,7 @@ def store(array: Any, row: int, value: Any) -> None:
     array[row] = value
 
 
-def _row_pointer(context: Any, builder: Any, array_type: types.Array, array: Any, row: Any) -> Any:
+def row_pointer(context: Any, builder: Any, array_type: types.Array, array: Any, row: Any) -> Any:
     base = context.make_array(array_type)(context, builder, array).data
     start = builder.gep(base, [builder.mul(row, row.type(LANES))])
     return builder.bitcast(start, ir.VectorType(_ELEMENTS[array_type.dtype], LANES).as_pointer())
@@ -170,7 +168,7 @@ def _row_pointer(context: Any, builder: Any, array_type: types.Array, array: Any
 @intrinsic
 def _load_lanes(_context, array, row):  # type: ignore[no-untyped-def]
     def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        value = builder.load(_row_pointer(context, builder, signature.args[0], *arguments))
+        value = builder.load(row_pointer(context, builder, signature.args[0], *arguments))
         value.align = 4
         return value
 
@@ -182,8 +180,8 @@ def _store_lanes(_context, array, row, value):  # type: ignore[no-untyped-def]
     lanes = _OF_ELEMENT[array.dtype]
 
     def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        spread = _spread(context, builder, lanes, signature.args[2], arguments[2])
-        builder.store(spread, _row_pointer(context, builder, signature.args[0], *arguments[:2])).align = 4
+        repeated = spread(context, builder, lanes, signature.args[2], arguments[2])
+        builder.store(repeated, row_pointer(context, builder, signature.args[0], *arguments[:2])).align = 4
         return context.get_dummy_value()
 
     return types.void(array, types.intp, value), codegen
@@ -205,102 +203,3 @@ def _store(array, row, value):  # type: ignore[no-untyped-def]
         array[row] = value
 
     return store_number
-
-
-# -- 32-bit floating point ----------------------------------------------------------------------------------------
-
-
-def _llvm(builder: Any, name: str, *values: Any) -> Any:
-    """Call an LLVM floating-point intrinsic, on numbers or on vectors."""
-    kind = values[0].type
-    suffix = f"v{LANES}f32" if isinstance(kind, ir.VectorType) else "f32"
-    function = ir.FunctionType(kind, [kind] * len(values))
-    return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{suffix}"), values)
-
-
-def _as_integers(kind: Any) -> Any:
-    return ir.VectorType(_I32, LANES) if isinstance(kind, ir.VectorType) else _I32
-
-
-def _constant(kind: Any, number: int) -> Any:
-    return ir.Constant(kind, [number] * LANES if isinstance(kind, ir.VectorType) else number)
-
-
-def fma(a: Any, b: Any, c: Any) -> Any:
-    """``a * b + c`` of 32-bit floats, rounded once."""
-    return np.float32(np.float64(a) * np.float64(b) + np.float64(c))
-
-
-@intrinsic
-def _fma(_context, a, b, c):  # type: ignore[no-untyped-def]
-    result = next((value for value in (a, b, c) if isinstance(value, Lanes)), types.float32)
-
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pair = zip(signature.args, arguments, strict=True)
-        spread = _spread if isinstance(result, Lanes) else _cast_to_float
-        return _llvm(builder, "fma", *(spread(context, builder, result, given, value) for given, value in pair))
-
-    return result(a, b, c), codegen
-
-
-def _cast_to_float(context: Any, builder: Any, _float32: Any, given: types.Type, value: Any) -> Any:
-    return context.cast(builder, value, given, types.float32)
-
-
-@overload(fma)
-def _fma_overload(a, b, c):  # type: ignore[no-untyped-def]
-    return lambda a, b, c: _fma(a, b, c)
-
-
-def nearest_integer(a: Any) -> Any:
-    """The integer nearest to a 32-bit float, as a float; halves go to the even one."""
-    return np.rint(a)
-
-
-@intrinsic
-def _nearest_integer(_context, a):  # type: ignore[no-untyped-def]
-    return a(a), lambda _context, builder, _signature, arguments: _llvm(builder, "rint", arguments[0])
-
-
-@overload(nearest_integer)
-def _nearest_integer_overload(a):  # type: ignore[no-untyped-def]
-    return lambda a: _nearest_integer(a)
-
-
-def power_of_two(exponent: Any) -> Any:
-    """``2 ** exponent`` for a float that holds an integer in [-126, 127]; exact."""
-    return np.float32(2.0) ** np.float32(exponent)
-
-
-@intrinsic
-def _power_of_two(_context, exponent):  # type: ignore[no-untyped-def]
-    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
-        kind = arguments[0].type
-        bits = _as_integers(kind)
-        biased = builder.add(builder.fptosi(arguments[0], bits), _constant(bits, 127))
-        return builder.bitcast(builder.shl(biased, _constant(bits, 23)), kind)
-
-    return exponent(exponent), codegen
-
-
-@overload(power_of_two)
-def _power_of_two_overload(exponent):  # type: ignore[no-untyped-def]
-    return lambda exponent: _power_of_two(exponent)
-
-
-def as_float(a: Any) -> Any:
-    """An integer as a 32-bit float."""
-    return np.float32(a)
-
-
-@intrinsic
-def _lanes_as_float(_context, a):  # type: ignore[no-untyped-def]
-    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
-        return builder.sitofp(arguments[0], ir.VectorType(ir.FloatType(), LANES))
-
-    return _FLOATS(a), codegen
-
-
-@overload(as_float)
-def _as_float(a):  # type: ignore[no-untyped-def]
-    return (lambda a: _lanes_as_float(a)) if _is_lanes(a) else (lambda a: np.float32(a))

@@ -7,7 +7,8 @@ from typing import Any
 from predprey_env.compilation import rule
 from predprey_env.config import Rules
 from predprey_env.dynamics import World
-from predprey_env.lanes import as_float, load, store, where
+from predprey_env.floats import as_float
+from predprey_env.lanes import load, store, where
 from predprey_env.torus import displacement
 
 

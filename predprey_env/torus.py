@@ -28,9 +28,15 @@ def displacement(start: Any, end: Any, size: int) -> Any:
 
 
 @rule
+def magnitude(a: Any) -> Any:
+    """A number without its sign."""
+    return where(a < 0, 0 - a, a)
+
+
+@rule
 def manhattan(dx: Any, dy: Any) -> Any:
     """Length of a displacement, in steps."""
-    return where(dx < 0, 0 - dx, dx) + where(dy < 0, 0 - dy, dy)
+    return magnitude(dx) + magnitude(dy)
 
 
 @rule

@@ -1,0 +1,87 @@
+"""The forward pass: the one statement of what a network computes, for a policy object and for the fused kernel alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.types import Controller
+from predprey_env.compilation import rule
+from predprey_env.floats import add_products, fma, nearest_integer, power_of_two, zeros
+from predprey_env.lanes import load, store, where
+
+ONE, ZERO = np.float32(1.0), np.float32(0.0)
+LOG2_E = np.float32(1.4426950408889634)
+SATURATED = np.float32(64.0)
+# Taylor coefficients of 2**f: f is at most 1/2, where the first term left out is 2.4e-6.
+_C1, _C2, _C3, _C4, _C5 = (np.float32(np.log(2.0) ** k / n) for k, n in ((1, 1), (2, 2), (3, 6), (4, 24), (5, 120)))
+
+
+@rule
+def logistic(z: Any) -> Any:
+    """``1 / (1 + exp(-z))`` in 32-bit floats without a library call; off by less than 1e-6.
+
+    Inputs beyond 64 / log2(e), about 44, count as that bound: the true value differs from 0 or 1 by less than 1e-19 there,
+    and smaller activations would lead to denormal products, which are twenty times slower.
+    """
+    exponent = ZERO - z * LOG2_E
+    exponent = where(exponent < -SATURATED, -SATURATED, exponent)
+    exponent = where(exponent > SATURATED, SATURATED, exponent)
+    whole = nearest_integer(exponent)
+    f = exponent - whole
+    power = fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
+    return ONE / (ONE + power * power_of_two(whole))
+
+
+@rule
+def add_votes(controller: Controller, weights: Any, at: int, inputs: Any, votes: Any) -> None:
+    """One network's outputs, added to the votes for each action.
+
+    ``weights`` holds the gene strings of its hidden neurons one after the other from row ``at`` on.
+    """
+    fan_in = controller.n_inputs + (1 if controller.bias else 0)
+    n_genes = fan_in + len(controller.blank)
+    outputs = zeros(weights, controller.blank)
+    for _ in range(controller.n_hidden):
+        z = fma(load(weights, at + 1), load(inputs, 1), load(weights, at) * load(inputs, 0))
+        for i in range(2, fan_in):
+            z = fma(load(weights, at + i), load(inputs, i), z)
+        outputs = add_products(outputs, weights, at + fan_in, logistic(z))
+        at += n_genes
+    speaks = load(inputs, 0) != ZERO
+    if controller.skip_silent:
+        for i in range(1, controller.n_inputs):
+            speaks = speaks | (load(inputs, i) != ZERO)
+    for action in range(len(outputs)):
+        output = outputs[action]
+        if controller.logistic_output:
+            output = logistic(output)
+        if controller.skip_silent:
+            output = where(speaks, output, ZERO)
+        store(votes, action, load(votes, action) + output)
+
+
+@rule
+def decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any, votes: Any) -> Any:
+    """An agent's action: its networks' outputs are summed per action and the largest sum wins (section VI, figure 3); of
+    equal ones the lowest index.
+
+    ``weights`` holds the agent's networks one after the other from row ``at`` on; ``inputs``, ``hidden`` and ``votes`` are
+    scratch of at least ``n_inputs + 1``, ``n_hidden`` and ``n_outputs`` rows.
+    """
+    n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
+    for action in range(len(controller.blank)):
+        store(votes, action, ZERO)
+    for network in range(controller.n_networks):
+        for i in range(controller.n_inputs):
+            store(inputs, i, load(seen, controller.wiring[network, i]) * controller.input_scale)
+        store(inputs, controller.n_inputs, ONE)
+        add_votes(controller, weights, at, inputs, votes)
+        at += controller.n_hidden * n_genes
+    more = load(votes, 1) > load(votes, 0)
+    most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
+    for action in range(2, len(controller.blank)):
+        more = load(votes, action) > most
+        most, winner = where(more, load(votes, action), most), where(more, action, winner)
+    return winner

@@ -1,0 +1,81 @@
+"""The compiled evaluator of the predator-prey world: blocks of trials in a fused kernel, spread over threads."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
+from esp_trainer.types import Controller, EvolvedTeams, Teams, TrialBatch, TrialResult
+from predprey_env.config import EnvConfig
+from predprey_env.lanes import LANES
+from predprey_env.policies import SCRIPTS
+
+_PARTS_PER_THREAD = 4  # a thread whose episodes are short takes over parts of one whose are long
+
+
+class FusedEvaluator:
+    """Plays batches in compiled code. The results do not depend on the number of threads.
+
+    Args:
+        env: The world; its ``reward`` and ``captured_prey`` switches concern only the PettingZoo environment.
+        threads: How many to use; by default one for each core.
+    """
+
+    def __init__(self, env: EnvConfig, threads: int | None = None) -> None:
+        self.env = env
+        self.threads = threads or os.cpu_count() or 1
+        self._pool = ThreadPoolExecutor(self.threads)
+
+    def evaluate(self, batch: TrialBatch) -> TrialResult:
+        """Play every episode of every trial."""
+        return self._play(batch, n_traced=0)[0]
+
+    def trace(self, batch: TrialBatch) -> np.ndarray:
+        """Every agent's cell at every step: int32 ``(n_trials, n_episodes, max_cycles + 1, n_agents, 2)``.
+
+        Steps after the end of an episode hold -1.
+        """
+        return self._play(batch, n_traced=len(batch.starts))[1]
+
+    def _play(self, batch: TrialBatch, n_traced: int) -> tuple[TrialResult, np.ndarray]:
+        env, starts = self.env, np.ascontiguousarray(batch.starts, np.int32)
+        if starts.shape[2:] != (env.n_agents, 2):
+            raise ValueError(f"starts must have shape (trials, episodes, {env.n_agents}, 2), got {starts.shape}")
+        n_trials, n_episodes = starts.shape[:2]
+        predators = _side(batch.predators, (n_trials, env.n_predators), env.n_predator_actions)
+        prey = _side(batch.prey, (n_trials, env.n_prey), env.n_prey_actions)
+        outcome = Outcome(
+            fitness=np.zeros((n_trials, n_episodes, env.n_agents)),
+            captured=np.zeros((n_trials, n_episodes, env.n_prey), np.bool_),
+            steps=np.zeros((n_trials, n_episodes), np.int64),
+            trace=np.full((n_traced, n_episodes, env.max_cycles + 1, env.n_agents, 2), -1, np.int32),
+        )
+        n_blocks = -(-n_trials // LANES)
+        n_parts = min(n_blocks, 1 if self.threads == 1 else self.threads * _PARTS_PER_THREAD)
+        bounds = np.linspace(0, n_blocks, n_parts + 1).astype(int).tolist()
+
+        def play(first: int, last: int) -> None:
+            memory = make_memory(env.rules, predators, prey)
+            play_blocks(env.rules, predators, prey, starts, first, last, outcome, memory)
+
+        list(self._pool.map(play, bounds[:-1], bounds[1:]))
+        return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
+
+
+def _side(teams: Teams, expected: tuple[int, int], n_actions: int) -> Side:
+    """One side of a batch in the layout that the kernel was compiled for."""
+    blank = (np.float32(0.0),) * n_actions
+    if not isinstance(teams, EvolvedTeams):
+        nobody = Controller(0, 2, 0, blank, False, False, False, np.float32(1.0), np.zeros((1, 2), np.int64))
+        empty = np.zeros((1, expected[1], 0, 0), np.int64)
+        return Side(SCRIPTS[teams.script], n_actions, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
+    if teams.indices.shape[:2] != expected or len(teams.controller.blank) != n_actions:
+        raise ValueError(
+            f"teams must have {expected[0]} trials, {expected[1]} agents and {n_actions} actions, "
+            f"got {teams.indices.shape[0]}, {teams.indices.shape[1]} and {len(teams.controller.blank)}"
+        )
+    genomes = np.ascontiguousarray(teams.genomes, np.float32)
+    return Side(0, n_actions, teams.controller, genomes, np.ascontiguousarray(teams.indices, np.int64))

@@ -1,0 +1,216 @@
+"""The fused kernel: sixteen trials side by side, from observation to fitness without leaving the kernel.
+
+Every lane plays its own trial, one episode after the other, and starts the next when one ends: a block is done when its
+slowest lane is. The rules, the view and the forward pass are the functions that the PettingZoo environment and the policy
+objects call.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from esp_trainer.esp.network import decide
+from esp_trainer.types import Controller
+from predprey_env.compilation import entry_point, rule
+from predprey_env.config import Rules
+from predprey_env.dynamics import World, count_alive, step
+from predprey_env.fitness import fitness
+from predprey_env.lanes import LANES, any_of, load, store
+from predprey_env.observation import observe
+from predprey_env.policies import scripted
+
+PARKED = -(1 << 30)
+"""The clock of a lane that has nothing more to play: its time limit never comes."""
+
+
+class Side(NamedTuple):
+    """One side of a batch as the kernel reads it."""
+
+    script: int
+    """0, or the number of the scripted policy."""
+    n_actions: int
+    controller: Controller
+    genomes: Any
+    indices: Any
+
+
+class Memory(NamedTuple):
+    """What one block of trials works in; all but ``one`` and ``episode`` have a last axis of ``LANES``."""
+
+    world: World
+    one: World
+    """A single world, to score a lane in."""
+    clock: Any
+    actions: Any
+    predator_weights: Any
+    prey_weights: Any
+    seen: Any
+    inputs: Any
+    votes: Any
+    episode: Any
+    """Which episode each lane plays."""
+
+
+class Outcome(NamedTuple):
+    """Where the kernel writes: the fields of :class:`esp_trainer.types.TrialResult`."""
+
+    fitness: Any
+    captured: Any
+    steps: Any
+    trace: Any
+    """Cells of every agent at every step of the first ``len(trace)`` trials."""
+
+
+def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
+    """Memory for a thread to play blocks in."""
+    n_agents = rules.n_predators + rules.n_prey
+    most_inputs = max(predators.controller.n_inputs, prey.controller.n_inputs)
+
+    def lanes(rows: int, kind: type) -> np.ndarray:
+        return np.zeros((rows, LANES), kind)
+
+    return Memory(
+        world=World(lanes(n_agents, np.int32), lanes(n_agents, np.int32), lanes(rules.n_prey, np.int32)),
+        one=World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.zeros(rules.n_prey, np.int32)),
+        clock=lanes(1, np.int32),
+        actions=lanes(n_agents, np.int32),
+        predator_weights=lanes(predators.indices[0].size * predators.genomes.shape[-1], np.float32),
+        prey_weights=lanes(prey.indices[0].size * prey.genomes.shape[-1], np.float32),
+        seen=lanes(2 * n_agents, np.float32),
+        inputs=lanes(most_inputs + 1, np.float32),
+        votes=lanes(max(predators.n_actions, prey.n_actions), np.float32),
+        episode=np.zeros(LANES, np.int64),
+    )
+
+
+@rule
+def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
+    """Lay the gene strings of a block's teams out by lane; lanes without a trial repeat the first."""
+    n_agents, n_networks, n_hidden = side.indices.shape[1:]
+    row = 0
+    for agent in range(n_agents):
+        for network in range(n_networks):
+            for neuron in range(n_hidden):
+                for lane in range(LANES):
+                    trial = first_trial + (lane if lane < active else 0)
+                    candidate = side.indices[trial, agent, network, neuron]
+                    for gene in range(side.genomes.shape[4]):
+                        weights[row + gene, lane] = side.genomes[agent, network, neuron, candidate, gene]
+                row += side.genomes.shape[4]
+
+
+@rule
+def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome) -> None:
+    """Put a lane's world to the start of its episode."""
+    episode = memory.episode[lane]
+    for agent in range(starts.shape[2]):
+        memory.world.x[agent, lane] = starts[trial, episode, agent, 0]
+        memory.world.y[agent, lane] = starts[trial, episode, agent, 1]
+    for prey in range(len(memory.world.alive)):
+        memory.world.alive[prey, lane] = 1
+    memory.clock[0, lane] = 0
+    _record(memory, lane, trial, outcome)
+
+
+@rule
+def _park(memory: Memory, lane: int) -> None:
+    """Let a lane run on without end: its prey are out of reach of any bookkeeping."""
+    for prey in range(len(memory.world.alive)):
+        memory.world.alive[prey, lane] = 1
+    memory.clock[0, lane] = PARKED
+
+
+@rule
+def _record(memory: Memory, lane: int, trial: int, outcome: Outcome) -> None:
+    """Keep a lane's positions, if its trial is traced."""
+    if trial < len(outcome.trace):
+        cells = outcome.trace[trial, memory.episode[lane], memory.clock[0, lane]]
+        for agent in range(len(cells)):
+            cells[agent, 0] = memory.world.x[agent, lane]
+            cells[agent, 1] = memory.world.y[agent, lane]
+
+
+@rule
+def _choose(side: Side, weights: Any, agent: int, n_opponents: int, memory: Memory) -> Any:
+    """The action of one agent of a side, from what it sees."""
+    if side.script != 0:
+        return scripted(side.script, memory.seen, n_opponents, side.n_actions)
+    at = agent * (len(weights) // side.indices.shape[1])
+    return decide(side.controller, weights, at, memory.seen, memory.inputs, memory.votes)
+
+
+@rule
+def _move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
+    """Every agent looks and chooses; then the world takes its step."""
+    for agent in range(rules.n_predators):
+        observe(memory.world, agent, rules, memory.seen, 0)
+        action = _choose(predators, memory.predator_weights, agent, rules.n_prey, memory)
+        store(memory.actions, agent, action)
+    for agent in range(rules.n_prey):
+        observe(memory.world, rules.n_predators + agent, rules, memory.seen, 0)
+        action = _choose(prey, memory.prey_weights, agent, rules.n_predators, memory)
+        store(memory.actions, rules.n_predators + agent, action)
+    step(memory.world, memory.actions, rules)
+    store(memory.clock, 0, load(memory.clock, 0) + 1)
+
+
+@rule
+def _over(memory: Memory, lane: int, rules: Rules) -> bool:
+    """Whether a lane's episode has ended. A parked lane that catches its prey does not end anything."""
+    alive = 0
+    for prey in range(rules.n_prey):
+        alive += memory.world.alive[prey, lane]
+    return memory.clock[0, lane] > 0 and (alive == 0 or memory.clock[0, lane] >= rules.max_cycles)
+
+
+@rule
+def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome) -> None:
+    """Write down how a lane's episode ended."""
+    one, episode, steps = memory.one, memory.episode[lane], memory.clock[0, lane]
+    for agent in range(len(one.x)):
+        one.x[agent] = memory.world.x[agent, lane]
+        one.y[agent] = memory.world.y[agent, lane]
+    for prey in range(len(one.alive)):
+        one.alive[prey] = memory.world.alive[prey, lane]
+        outcome.captured[trial, episode, prey] = one.alive[prey] == 0
+    fitness(one, steps, rules, outcome.fitness[trial, episode])
+    outcome.steps[trial, episode] = steps
+
+
+@entry_point
+def play_blocks(
+    rules: Rules, predators: Side, prey: Side, starts: Any, first: int, last: int, outcome: Outcome, memory: Memory
+) -> None:
+    """Play the trials of blocks ``first`` to ``last - 1``, each of ``LANES`` trials."""
+    n_trials, n_episodes = starts.shape[:2]
+    for block in range(first, last):
+        first_trial = block * LANES
+        active = min(LANES, n_trials - first_trial)
+        _gather(predators, first_trial, active, memory.predator_weights)
+        _gather(prey, first_trial, active, memory.prey_weights)
+        for lane in range(LANES):
+            memory.episode[lane] = 0
+            _begin(memory, lane, starts, first_trial + (lane if lane < active else 0), outcome)
+            if lane >= active:
+                _park(memory, lane)
+        unfinished = active
+        while unfinished > 0:
+            _move(memory, predators, prey, rules)
+            if len(outcome.trace) > 0:
+                for lane in range(active):
+                    if memory.clock[0, lane] > 0:
+                        _record(memory, lane, first_trial + lane, outcome)
+            ended = (count_alive(memory.world, rules) == 0) | (load(memory.clock, 0) >= rules.max_cycles)
+            if not any_of(ended):
+                continue
+            for lane in range(active):
+                if _over(memory, lane, rules):
+                    _score(memory, lane, first_trial + lane, rules, outcome)
+                    memory.episode[lane] += 1
+                    if memory.episode[lane] < n_episodes:
+                        _begin(memory, lane, starts, first_trial + lane, outcome)
+                    else:
+                        _park(memory, lane)
+                        unfinished -= 1

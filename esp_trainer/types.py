@@ -1,0 +1,112 @@
+"""The vocabulary of the trainer: what the algorithm, the evaluators and the policies exchange."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+
+Role: TypeAlias = Literal["predators", "prey"]
+ROLES: tuple[Role, Role] = ("predators", "prey")
+
+Genomes: TypeAlias = np.ndarray
+"""float32 ``(n_agents, n_networks, n_hidden, n_candidates, n_genes)``: for each hidden neuron of each network of each agent,
+a subpopulation of candidate neurons. A gene string is the neuron's input weights, its bias if there is one, and its output
+weights (section V)."""
+
+Indices: TypeAlias = np.ndarray
+"""int64 ``(n_trials, n_agents, n_networks, n_hidden)``: which candidate each hidden neuron of each trial's team is."""
+
+Fitness: TypeAlias = np.ndarray
+"""float64, higher is better."""
+
+
+class Controller(NamedTuple):
+    """How an agent's networks turn what it sees into an action: plain numbers, as compiled code reads them."""
+
+    n_networks: int
+    n_inputs: int
+    """Inputs of each network, without the bias."""
+    n_hidden: int
+    blank: tuple[np.float32, ...]
+    """As many zeros as there are actions; compiled code takes the number from the type."""
+    bias: bool
+    logistic_output: bool
+    skip_silent: bool
+    """Whether a network whose inputs are all zero (its opponent is caught) has no vote."""
+    input_scale: np.float32
+    """Factor on the observation, in 1/cells."""
+    wiring: np.ndarray
+    """int64 ``(n_networks, n_inputs)``: which entries of the observation each network reads."""
+
+    @property
+    def n_genes(self) -> int:
+        """Genes of one hidden neuron."""
+        return self.n_inputs + int(self.bias) + self.n_outputs
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of one agent's genome: ``(n_networks, n_hidden, n_genes)``."""
+        return self.n_networks, self.n_hidden, self.n_genes
+
+
+@dataclass(frozen=True)
+class EvolvedTeams:
+    """The teams of one side in a batch of trials: candidate neurons, and which of them make each team."""
+
+    controller: Controller
+    genomes: Genomes
+    indices: Indices
+
+
+@dataclass(frozen=True)
+class ScriptedTeams:
+    """The same scripted policy for one side in all trials."""
+
+    script: str
+
+
+Teams: TypeAlias = EvolvedTeams | ScriptedTeams
+
+
+@dataclass(frozen=True)
+class TrialBatch:
+    """Trials to play: in trial ``t`` both sides' team ``t`` meets from each of ``starts[t]``."""
+
+    predators: Teams
+    prey: Teams
+    starts: np.ndarray
+    """What each episode starts from: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)`` cells."""
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """What came of a batch. Agents are in order, predators first."""
+
+    fitness: Fitness
+    """``(n_trials, n_episodes, n_agents)``."""
+    captured: np.ndarray
+    """bool ``(n_trials, n_episodes, n_prey)``."""
+    steps: np.ndarray
+    """int ``(n_trials, n_episodes)``: length of each episode."""
+
+
+class Evaluator(Protocol):
+    """Plays batches of trials. The algorithm never knows which evaluator ran."""
+
+    def evaluate(self, batch: TrialBatch) -> TrialResult:
+        """Play every episode of every trial."""
+        ...
+
+
+class Policy(Protocol):
+    """Plays one team in an environment."""
+
+    def reset(self, seed: int | None = None) -> None:
+        """Start an episode."""
+        ...
+
+    def act(self, observations: dict[str, Any]) -> dict[str, int]:
+        """An action for each agent that has an observation."""
+        ...

@@ -1,0 +1,165 @@
+"""32-bit floating point on values: the operations that Python has no sign for. See :mod:`predprey_env.lanes`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, overload
+
+from predprey_env.lanes import FLOATS, LANES, Lanes, is_lanes, row_pointer, spread
+
+_I32 = ir.IntType(32)
+
+
+def _llvm(builder: Any, name: str, *values: Any) -> Any:
+    """Call an LLVM floating-point intrinsic, on numbers or on vectors."""
+    kind = values[0].type
+    suffix = f"v{LANES}f32" if isinstance(kind, ir.VectorType) else "f32"
+    function = ir.FunctionType(kind, [kind] * len(values))
+    return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{suffix}"), values)
+
+
+def _as_integers(kind: Any) -> Any:
+    return ir.VectorType(_I32, LANES) if isinstance(kind, ir.VectorType) else _I32
+
+
+def _constant(kind: Any, number: int) -> Any:
+    return ir.Constant(kind, [number] * LANES if isinstance(kind, ir.VectorType) else number)
+
+
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """``a * b + c`` of 32-bit floats, rounded once."""
+    return np.float32(np.float64(a) * np.float64(b) + np.float64(c))
+
+
+@intrinsic
+def _fma(_context, a, b, c):  # type: ignore[no-untyped-def]
+    result = next((value for value in (a, b, c) if isinstance(value, Lanes)), types.float32)
+
+    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pair = zip(signature.args, arguments, strict=True)
+        convert = spread if isinstance(result, Lanes) else _cast_to_float
+        return _llvm(builder, "fma", *(convert(context, builder, result, given, value) for given, value in pair))
+
+    return result(a, b, c), codegen
+
+
+def _cast_to_float(context: Any, builder: Any, _float32: Any, given: types.Type, value: Any) -> Any:
+    return context.cast(builder, value, given, types.float32)
+
+
+@overload(fma)
+def _fma_overload(a, b, c):  # type: ignore[no-untyped-def]
+    return lambda a, b, c: _fma(a, b, c)
+
+
+def nearest_integer(a: Any) -> Any:
+    """The integer nearest to a 32-bit float, as a float; halves go to the even one."""
+    return np.rint(a)
+
+
+@intrinsic
+def _nearest_integer(_context, a):  # type: ignore[no-untyped-def]
+    return a(a), lambda _context, builder, _signature, arguments: _llvm(builder, "rint", arguments[0])
+
+
+@overload(nearest_integer)
+def _nearest_integer_overload(a):  # type: ignore[no-untyped-def]
+    return lambda a: _nearest_integer(a)
+
+
+def power_of_two(exponent: Any) -> Any:
+    """``2 ** exponent`` for a float that holds an integer in [-126, 127]; exact."""
+    return np.float32(2.0) ** np.float32(exponent)
+
+
+@intrinsic
+def _power_of_two(_context, exponent):  # type: ignore[no-untyped-def]
+    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
+        kind = arguments[0].type
+        bits = _as_integers(kind)
+        biased = builder.add(builder.fptosi(arguments[0], bits), _constant(bits, 127))
+        return builder.bitcast(builder.shl(biased, _constant(bits, 23)), kind)
+
+    return exponent(exponent), codegen
+
+
+@overload(power_of_two)
+def _power_of_two_overload(exponent):  # type: ignore[no-untyped-def]
+    return lambda exponent: _power_of_two(exponent)
+
+
+def as_float(a: Any) -> Any:
+    """An integer as a 32-bit float."""
+    return np.float32(a)
+
+
+@intrinsic
+def _lanes_as_float(_context, a):  # type: ignore[no-untyped-def]
+    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
+        return builder.sitofp(arguments[0], ir.VectorType(ir.FloatType(), LANES))
+
+    return FLOATS(a), codegen
+
+
+@overload(as_float)
+def _as_float(a):  # type: ignore[no-untyped-def]
+    return (lambda a: _lanes_as_float(a)) if is_lanes(a) else (lambda a: np.float32(a))
+
+
+def zeros(weights: Any, blank: tuple[float, ...]) -> Any:
+    """As many zeros as ``blank`` has entries, each of the kind that the rows of ``weights`` are."""
+    return tuple(weights[0] * 0 for _ in blank)
+
+
+@intrinsic
+def _zeros(_context, weights, blank):  # type: ignore[no-untyped-def]
+    result = types.UniTuple(FLOATS if weights.ndim == 2 else types.float32, len(blank))
+
+    def codegen(context, builder, signature, _arguments):  # type: ignore[no-untyped-def]
+        zero = ir.Constant(context.get_value_type(signature.return_type.dtype), None)
+        return context.make_tuple(builder, signature.return_type, [zero] * len(signature.return_type))
+
+    return result(weights, blank), codegen
+
+
+@overload(zeros)
+def _zeros_overload(weights, blank):  # type: ignore[no-untyped-def]
+    return lambda weights, blank: _zeros(weights, blank)
+
+
+def add_products(sums: tuple[Any, ...], weights: Any, row: int, factor: Any) -> Any:
+    """Each sum plus its weight times one factor, rounded once; the weights are the rows from ``row`` on.
+
+    The sums are a tuple, whose length is part of its type, so that they stay in registers.
+    """
+    return tuple(fma(weights[row + k], factor, total) for k, total in enumerate(sums))
+
+
+@intrinsic
+def _add_products(_context, sums, weights, row, factor):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        sums, array, first, factor = arguments
+        array_type, vector = signature.args[1], isinstance(signature.args[3], Lanes)
+        results = []
+        for k in range(len(signature.return_type)):
+            at = builder.add(first, first.type(k))
+            if vector:
+                pointer = row_pointer(context, builder, array_type, array, at)
+            else:
+                pointer = builder.gep(context.make_array(array_type)(context, builder, array).data, [at])
+            weight = builder.load(pointer)
+            weight.align = 4
+            results.append(_llvm(builder, "fma", weight, factor, builder.extract_value(sums, k)))
+        return context.make_tuple(builder, signature.return_type, results)
+
+    return sums(sums, weights, types.intp, factor), codegen
+
+
+@overload(add_products)
+def _add_products_overload(sums, weights, row, factor):  # type: ignore[no-untyped-def]
+    return lambda sums, weights, row, factor: _add_products(sums, weights, row, factor)
