@@ -43,7 +43,7 @@ class Controller(NamedTuple):
     @property
     def n_genes(self) -> int:
         """Genes of one hidden neuron."""
-        return self.n_inputs + int(self.bias) + self.n_outputs
+        return self.n_inputs + int(self.bias) + len(self.blank)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -92,8 +92,29 @@ class TrialResult:
     """int ``(n_trials, n_episodes)``: length of each episode."""
 
 
+class Starts(Protocol):
+    """Where episodes can start."""
+
+    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> np.ndarray:
+        """Random starts, ``(n_trials, n_episodes, ...)``."""
+        ...
+
+    def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
+        """Starts to measure on, ``(n_trials, 1, ...)``."""
+        ...
+
+    def even_predators(self, starts: np.ndarray) -> np.ndarray:
+        """For each prey, how many predators start at an even distance from it, int ``(n_trials, n_episodes, n_prey)``."""
+        ...
+
+
 class Evaluator(Protocol):
     """Plays batches of trials. The algorithm never knows which evaluator ran."""
+
+    @property
+    def starts(self) -> Starts:
+        """Where its episodes can start."""
+        ...
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""

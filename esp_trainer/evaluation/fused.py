@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
+from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import Controller, EvolvedTeams, Teams, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.lanes import LANES
@@ -26,6 +27,7 @@ class FusedEvaluator:
 
     def __init__(self, env: EnvConfig, threads: int | None = None) -> None:
         self.env = env
+        self.starts = CellStarts(env)
         self.threads = threads or os.cpu_count() or 1
         self._pool = ThreadPoolExecutor(self.threads)
 
@@ -41,7 +43,7 @@ class FusedEvaluator:
         return self._play(batch, n_traced=len(batch.starts))[1]
 
     def _play(self, batch: TrialBatch, n_traced: int) -> tuple[TrialResult, np.ndarray]:
-        env, starts = self.env, np.ascontiguousarray(batch.starts, np.int32)
+        env, starts = self.env, np.require(batch.starts, np.int32, ["C", "W"])
         if starts.shape[2:] != (env.n_agents, 2):
             raise ValueError(f"starts must have shape (trials, episodes, {env.n_agents}, 2), got {starts.shape}")
         n_trials, n_episodes = starts.shape[:2]
@@ -77,5 +79,6 @@ def _side(teams: Teams, expected: tuple[int, int], n_actions: int) -> Side:
             f"teams must have {expected[0]} trials, {expected[1]} agents and {n_actions} actions, "
             f"got {teams.indices.shape[0]}, {teams.indices.shape[1]} and {len(teams.controller.blank)}"
         )
-    genomes = np.ascontiguousarray(teams.genomes, np.float32)
-    return Side(0, n_actions, teams.controller, genomes, np.ascontiguousarray(teams.indices, np.int64))
+    # Read-only arrays are another type to Numba, and would be compiled for anew.
+    genomes = np.require(teams.genomes, np.float32, ["C", "W"])
+    return Side(0, n_actions, teams.controller, genomes, np.require(teams.indices, np.int64, ["C", "W"]))

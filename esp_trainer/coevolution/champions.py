@@ -1,0 +1,83 @@
+"""Which of a generation's teams is its champion.
+
+The best of a thousand six-episode scores is mostly luck, so by default the best twenty teams of each side meet each other
+again on fresh starts, and the best mean wins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from esp_trainer.config import ChampionConfig
+from esp_trainer.esp.team import as_candidates, pick
+from esp_trainer.types import ROLES, Controller, EvolvedTeams, Evaluator, Fitness, Role, ScriptedTeams, Teams, TrialBatch
+
+
+@dataclass(frozen=True)
+class Contenders:
+    """The best teams of one side's trials, best first."""
+
+    controller: Controller
+    genomes: np.ndarray
+    """float32 ``(n_teams, n_agents, n_networks, n_hidden, n_genes)``, copied."""
+    scores: Fitness
+    """What they earned in their trials, ``(n_teams,)``."""
+
+
+@dataclass(frozen=True)
+class Champion:
+    """A generation's best team of one side."""
+
+    controller: Controller
+    genomes: np.ndarray
+    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
+    score: float
+    """Its mean fitness: over its meetings with all contenders of the other side, or in its trial (``argmax``)."""
+
+    def as_teams(self, n_trials: int) -> EvolvedTeams:
+        """The champion in every trial of a batch."""
+        indices = np.zeros((n_trials, *self.genomes.shape[:3]), np.int64)
+        return EvolvedTeams(self.controller, self.genomes[:, :, :, None], indices)
+
+
+def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contenders:
+    """The teams with the highest mean over agents of ``fitness``, ``(n_trials, n_agents)``."""
+    scores = fitness.mean(axis=1)
+    best = np.argsort(-scores, kind="stable")[:n_teams]
+    return Contenders(teams.controller, pick(teams, best), scores[best])
+
+
+def choose_champions(
+    contenders: Mapping[Role, Contenders | ScriptedTeams],
+    config: ChampionConfig,
+    evaluator: Evaluator,
+    generator: np.random.Generator,
+) -> dict[Role, Champion]:
+    """The champion of each evolving side."""
+    evolving = {role: side for role, side in contenders.items() if isinstance(side, Contenders)}
+    if config.method == "argmax":
+        return {role: Champion(c.controller, c.genomes[0], float(c.scores[0])) for role, c in evolving.items()}
+    counts = [len(side.scores) if isinstance(side, Contenders) else 1 for side in (contenders[r] for r in ROLES)]
+    which = dict(zip(ROLES, np.indices(counts).reshape(2, -1), strict=True))
+    teams: dict[Role, Teams] = {role: _meet(contenders[role], which[role]) for role in ROLES}
+    starts = evaluator.starts.draw(generator, len(which["prey"]), config.n_episodes)
+    result = evaluator.evaluate(TrialBatch(teams["predators"], teams["prey"], starts))
+
+    champions: dict[Role, Champion] = {}
+    for role, side in evolving.items():
+        n_agents = side.genomes.shape[1]
+        own = result.fitness[..., :n_agents] if role == "predators" else result.fitness[..., -n_agents:]
+        scores = own.mean(axis=(1, 2)).reshape(counts).mean(axis=1 - ROLES.index(role))
+        best = int(scores.argmax())
+        champions[role] = Champion(side.controller, side.genomes[best], float(scores[best]))
+    return champions
+
+
+def _meet(side: Contenders | ScriptedTeams, which: np.ndarray) -> Teams:
+    if isinstance(side, ScriptedTeams):
+        return side
+    indices = np.broadcast_to(which[:, None, None, None], (len(which), *side.genomes.shape[1:4]))
+    return EvolvedTeams(side.controller, as_candidates(side.genomes), indices)

@@ -1,0 +1,144 @@
+"""One generation of two coevolving sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
+from esp_trainer.coevolution.opponents import OPPONENTS
+from esp_trainer.coevolution.sides import EvolvingSide, Side
+from esp_trainer.config import RunConfig
+from esp_trainer.seeding import stream
+from esp_trainer.statistics import Captures, count_captures
+from esp_trainer.types import (
+    ROLES,
+    EvolvedTeams,
+    Evaluator,
+    Fitness,
+    Role,
+    ScriptedTeams,
+    Teams,
+    TrialBatch,
+    TrialResult,
+)
+
+
+@dataclass(frozen=True)
+class Trials:
+    """What one side's trials brought."""
+
+    fitness: Fitness
+    """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
+    caught: float
+    """Share of prey caught."""
+
+
+@dataclass(frozen=True)
+class Generation:
+    """What a generation brought."""
+
+    number: int
+    trials: dict[Role, Trials]
+    champions: dict[Role, Champion]
+    held_out: Captures
+    """Champion against champion, or against the script, from the held-out starts."""
+    seconds: dict[str, float]
+    """Wall time by phase."""
+
+
+class Coevolution:
+    """Two sides, at least one of which evolves, and the evaluator that plays them."""
+
+    def __init__(self, config: RunConfig, sides: dict[Role, Side], evaluator: Evaluator) -> None:
+        self.config = config
+        self.sides = sides
+        self.evaluator = evaluator
+        self._held_out = evaluator.starts.held_out(stream(config.seed, "held-out"), config.champion.n_held_out)
+        self._even = evaluator.starts.even_predators(self._held_out)
+
+    @property
+    def evolving(self) -> dict[Role, EvolvingSide]:
+        """The sides that evolve."""
+        return {role: side for role, side in self.sides.items() if isinstance(side, EvolvingSide)}
+
+    def step(self, number: int) -> Generation:
+        """Play, score, choose champions and breed."""
+        begun = perf_counter()
+        asked = {role: side.subpopulations.ask(self._stream(f"{role} ask", number)) for role, side in self.evolving.items()}
+        asked_at = perf_counter()
+        trials = self._play_trials(asked, number)
+        played = perf_counter()
+        champions = self._choose(asked, trials, number)
+        chosen = perf_counter()
+        for role, side in self.evolving.items():
+            breeding = self._stream(f"{role} breeding", number)
+            side.subpopulations.tell(trials[role].fitness, side.fame.champions, breeding)
+            side.fame.add(champions[role].genomes)
+            self._burst_if_stagnant(side, champions[role], breeding)
+        bred = perf_counter()
+        held_out = self._measure(champions)
+        seconds = {
+            "trials": played - asked_at,
+            "champions": chosen - played,
+            "held_out": perf_counter() - bred,
+            "breeding": (bred - chosen) + (asked_at - begun),
+        }
+        return Generation(number, trials, champions, held_out, seconds)
+
+    def _stream(self, purpose: str, number: int) -> np.random.Generator:
+        return stream(self.config.seed, purpose, number)
+
+    def _play_trials(self, asked: dict[Role, EvolvedTeams], number: int) -> dict[Role, Trials]:
+        """Every evolving side's trials. Where teams are sampled together, the same episodes score both."""
+        esp = self.config.esp
+        starts = self.evaluator.starts.draw(self._stream("starts", number), esp.n_trials, esp.n_episodes)
+        meets_fame = esp.pairing != "cosample" and number > 0 and len(asked) == len(ROLES)
+        if not meets_fame:
+            result = self.evaluator.evaluate(self._batch({**self._scripts(), **asked}, starts))
+            return {role: self._trials(result, role) for role in asked}
+        trials: dict[Role, Trials] = {}
+        for role, teams in asked.items():
+            other: Role = "prey" if role == "predators" else "predators"
+            side = self.evolving[other]
+            draw = self._stream(f"{role} opponents", number)
+            opponents = OPPONENTS[esp.pairing](side.subpopulations, side.fame, esp.n_trials, draw)
+            result = self.evaluator.evaluate(self._batch({role: teams, other: opponents}, starts))
+            trials[role] = self._trials(result, role)
+        return trials
+
+    def _scripts(self) -> dict[Role, Teams]:
+        return {role: side for role, side in self.sides.items() if isinstance(side, ScriptedTeams)}
+
+    def _batch(self, teams: dict[Role, Teams], starts: np.ndarray) -> TrialBatch:
+        return TrialBatch(teams["predators"], teams["prey"], starts)
+
+    def _trials(self, result: TrialResult, role: Role) -> Trials:
+        n_predators = self.config.env.n_predators
+        own = slice(0, n_predators) if role == "predators" else slice(n_predators, None)
+        return Trials(result.fitness[..., own].mean(axis=1), float(result.captured.mean()))
+
+    def _choose(self, asked: dict[Role, EvolvedTeams], trials: dict[Role, Trials], number: int) -> dict[Role, Champion]:
+        settings = self.config.champion
+        contenders: dict[Role, Contenders | ScriptedTeams] = {
+            role: side for role, side in self.sides.items() if isinstance(side, ScriptedTeams)
+        }
+        for role, teams in asked.items():
+            contenders[role] = best_teams(teams, trials[role].fitness, settings.n_candidates)
+        return choose_champions(contenders, settings, self.evaluator, self._stream("champions", number))
+
+    def _burst_if_stagnant(self, side: EvolvingSide, champion: Champion, generator: np.random.Generator) -> None:
+        side.stagnant += 1
+        if champion.score > side.best:
+            side.best, side.stagnant = champion.score, 0
+        if self.config.esp.burst_after and side.stagnant >= self.config.esp.burst_after:
+            side.subpopulations.burst(champion.genomes, generator)
+            side.best, side.stagnant = -np.inf, 0
+
+    def _measure(self, champions: dict[Role, Champion]) -> Captures:
+        n = len(self._held_out)
+        teams: dict[Role, Teams] = {**self._scripts(), **{role: c.as_teams(n) for role, c in champions.items()}}
+        result = self.evaluator.evaluate(self._batch(teams, self._held_out))
+        return count_captures(result, self._even, self.config.env.n_predators)

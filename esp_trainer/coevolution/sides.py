@@ -1,0 +1,60 @@
+"""The two sides of a run: one that evolves, or one that follows a script."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from esp_trainer.config import RunConfig, SideConfig
+from esp_trainer.coevolution.hall_of_fame import HallOfFame
+from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.subpopulations import Subpopulations
+from esp_trainer.seeding import stream
+from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
+
+
+@dataclass
+class EvolvingSide:
+    """Subpopulations, their champions so far, and how long the best has stood."""
+
+    subpopulations: Subpopulations
+    fame: HallOfFame
+    best: float = -np.inf
+    """Highest score of a champion since the last burst."""
+    stagnant: int = 0
+    """Generations since then."""
+
+
+Side: TypeAlias = EvolvingSide | ScriptedTeams
+
+
+def side_config(config: RunConfig, role: Role) -> SideConfig:
+    """The settings of one side."""
+    return config.predators if role == "predators" else config.prey
+
+
+def side_controller(config: RunConfig, role: Role) -> Controller:
+    """The networks of one side's agents."""
+    side, env = side_config(config, role), config.env
+    n_opponents, n_actions = (
+        (env.n_prey, env.n_predator_actions) if role == "predators" else (env.n_predators, env.n_prey_actions)
+    )
+    return make_controller(side, offset_wiring(side, n_opponents), n_actions)
+
+
+def new_sides(config: RunConfig) -> dict[Role, Side]:
+    """Both sides before the first generation."""
+    return {role: _new_side(config, role) for role in ROLES}
+
+
+def _new_side(config: RunConfig, role: Role) -> Side:
+    policy = side_config(config, role).policy
+    if policy != "esp":
+        return ScriptedTeams(policy)
+    controller = side_controller(config, role)
+    n_agents = config.env.n_predators if role == "predators" else config.env.n_prey
+    generator = stream(config.seed, f"initial {role}")
+    population = Subpopulations.random(config.esp, controller, n_agents, generator)
+    return EvolvingSide(population, HallOfFame(np.empty((0, n_agents, *controller.shape), np.float32)))

@@ -1,0 +1,151 @@
+"""Everything that a run depends on, in one frozen tree. The same config and seed give the same bytes."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from predprey_env.config import EnvConfig
+from predprey_env.settings import Settings
+
+
+class SideConfig(Settings):
+    """Who plays one side: evolved controllers, or a script."""
+
+    policy: Literal["esp", "greedy_chase", "flee_nearest"] = "esp"
+    """`esp` evolves the side; predators may instead follow `greedy_chase`, prey `flee_nearest`."""
+
+    controller: Literal["split", "monolithic"] = "split"
+    """One network for each opponent, outputs summed per action (section VI), or one network that sees all of them."""
+
+    n_hidden: int = Field(default=10, ge=1)
+    """Hidden neurons of each network (section V)."""
+
+    bias: bool = False
+    """Whether hidden neurons have a bias gene."""
+
+    output: Literal["logistic", "linear"] = "logistic"
+    """Activation of the output neurons."""
+
+    input_scale: float = Field(default=1.0, gt=0, le=1e6)
+    """Factor on the offsets that a network reads, in 1/cells; 1 feeds raw cells."""
+
+    captured_vote: Literal["zero", "skip"] = "zero"
+    """What the network of a caught prey does: it votes on the offset (0, 0), or it has no vote."""
+
+
+class EspConfig(Settings):
+    """Enforced SubPopulations: the parameters of section V."""
+
+    subpopulation_size: int = Field(default=100, ge=4)
+    """Neurons in each subpopulation."""
+
+    init_range: float = Field(default=6.0, gt=0, le=1e6)
+    """Initial genes are uniform in [-init_range, init_range]."""
+
+    n_trials: int = Field(default=1000, ge=1)
+    """Trials a generation; in each, a team is drawn with replacement from the subpopulations."""
+
+    n_episodes: int = Field(default=6, ge=1)
+    """Episodes a trial, each from a random start; their fitnesses are averaged."""
+
+    pairing: Literal["cosample", "previous_champion", "hall_of_fame", "mixed"] = "cosample"
+    """Whom a trial's team meets: the other side's team of the same trial, so that the same episodes score both; the other
+    side's last champion; a champion drawn from its hall of fame; or, half the time each, a drawn team or a champion."""
+
+    elite_share: float = Field(default=0.25, gt=0, le=1 / 3)
+    """Share of each subpopulation that breeds; its children, two a pair, replace the worst."""
+
+    mate: Literal["uniform", "better_ranked"] = "uniform"
+    """Who a breeding neuron's mate is: any of the elite, or one that ranks no worse than itself."""
+
+    hof_mates: int = Field(default=5, ge=0)
+    """How many pairs, the lowest ranked, mate with the neuron in the same place of a past champion instead."""
+
+    mutation_rate: float = Field(default=0.4, ge=0, le=1)
+    """Probability that a child has one gene changed."""
+
+    mutation_scale: float = Field(default=0.3, gt=0, le=1e6)
+    """Scale of the Cauchy-distributed change."""
+
+    mutation_limit: float = Field(default=10.0, gt=0, le=1e6)
+    """Changes larger than this are drawn again."""
+
+    burst_after: int = Field(default=0, ge=0)
+    """Generations without a better champion after which all subpopulations start again around it; 0 for never."""
+
+    burst_scale: float = Field(default=0.3, gt=0, le=1e6)
+    """Scale of the Cauchy-distributed spread around the champion after a burst."""
+
+    @model_validator(mode="after")
+    def _breeds(self) -> EspConfig:
+        if self.n_elite < 1:
+            raise ValueError(
+                f"elite_share must select a neuron of subpopulation_size={self.subpopulation_size}, got {self.elite_share}"
+            )
+        if self.hof_mates > self.n_elite:
+            raise ValueError(f"hof_mates must be at most the {self.n_elite} breeding pairs, got {self.hof_mates}")
+        return self
+
+    @property
+    def n_elite(self) -> int:
+        """Neurons of each subpopulation that breed."""
+        return int(self.elite_share * self.subpopulation_size + 1e-9)  # 0.29 * 100 is 28.999...
+
+
+class ChampionConfig(Settings):
+    """How each generation's best teams are chosen and measured."""
+
+    method: Literal["reevaluate", "argmax"] = "reevaluate"
+    """Replay the best trial teams of both sides against each other on fresh starts, or trust their trial scores."""
+
+    n_candidates: int = Field(default=20, ge=1)
+    """Teams of each side that are replayed; each meets all of the other side's."""
+
+    n_episodes: int = Field(default=1, ge=1)
+    """Episodes of each such meeting."""
+
+    n_held_out: int = Field(default=200, ge=1)
+    """Episodes, from the same held-out starts in every generation, in which champion meets champion."""
+
+
+class RunConfig(Settings):
+    """A whole run."""
+
+    preset: str = "custom"
+    """Name of the preset that this began as."""
+
+    seed: int = Field(default=0, ge=0, lt=2**63)
+    """Every random number follows from this."""
+
+    generations: int = Field(default=450, ge=1)
+    """Generations to evolve."""
+
+    checkpoint_every: int = Field(default=10, ge=1)
+    """Generations between checkpoints: the most that a killed run loses."""
+
+    env: EnvConfig = EnvConfig()
+    """The world."""
+
+    predators: SideConfig = SideConfig()
+    """Who hunts."""
+
+    prey: SideConfig = SideConfig()
+    """Who flees."""
+
+    esp: EspConfig = EspConfig()
+    """How they evolve."""
+
+    champion: ChampionConfig = ChampionConfig()
+    """How the best are found."""
+
+    @model_validator(mode="after")
+    def _plays(self) -> RunConfig:
+        if self.predators.policy == "flee_nearest":
+            raise ValueError("predators.policy must be 'esp' or 'greedy_chase', got 'flee_nearest'")
+        if self.prey.policy == "greedy_chase":
+            raise ValueError("prey.policy must be 'esp' or 'flee_nearest', got 'greedy_chase'")
+        if "esp" not in (self.predators.policy, self.prey.policy):
+            raise ValueError("at least one of predators.policy and prey.policy must be 'esp', got two scripts")
+        return self

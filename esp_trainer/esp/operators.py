@@ -1,0 +1,72 @@
+"""The genetic operators of section V, on many subpopulations at once.
+
+``S`` subpopulations, each of ``P`` neurons with ``G`` genes.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from esp_trainer.types import Fitness
+
+
+def neuron_fitness(chosen: np.ndarray, fitness: Fitness, size: int) -> Fitness:
+    """Mean fitness of each neuron over the trials it took part in, ``(S, size)``; -inf for one that took part in none.
+
+    Args:
+        chosen: Which neuron of each subpopulation each trial used, int ``(n_trials, S)``.
+        fitness: What each trial's team earned for each subpopulation, ``(n_trials, S)``.
+        size: Neurons in a subpopulation.
+    """
+    n_subpopulations = chosen.shape[1]
+    flat = (chosen + size * np.arange(n_subpopulations)).ravel()
+    total = np.bincount(flat, fitness.ravel(), n_subpopulations * size)
+    times = np.bincount(flat, minlength=n_subpopulations * size)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(times > 0, total / times, -np.inf)
+    return mean.reshape(n_subpopulations, size)
+
+
+def ranking(fitness: Fitness) -> np.ndarray:
+    """Neurons of each subpopulation from best to worst, int ``(S, P)``; of equal ones the lower index first."""
+    return np.argsort(-fitness, axis=-1, kind="stable")
+
+
+def draw_mates(
+    generator: np.random.Generator, n_subpopulations: int, n_elite: int, mate: Literal["uniform", "better_ranked"]
+) -> np.ndarray:
+    """Rank of the mate of each elite neuron, int ``(S, n_elite)``: any of the elite, or one that ranks no worse."""
+    shape = (n_subpopulations, n_elite)
+    if mate == "uniform":
+        return generator.integers(0, n_elite, shape)
+    return generator.integers(0, np.arange(n_elite) + 1, shape)
+
+
+def one_point_crossover(generator: np.random.Generator, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Both children of each pair of gene strings, cut at one random place that leaves each parent a gene.
+
+    Takes two arrays ``(S, n_pairs, G)`` and returns ``(S, 2 * n_pairs, G)``, the children of a pair side by side.
+    """
+    n_subpopulations, n_pairs, n_genes = first.shape
+    cuts = generator.integers(1, n_genes, (n_subpopulations, n_pairs, 1))
+    head = np.arange(n_genes) < cuts
+    children = np.stack([np.where(head, first, second), np.where(head, second, first)], axis=2)
+    return children.reshape(n_subpopulations, 2 * n_pairs, n_genes)
+
+
+def truncated_cauchy(generator: np.random.Generator, n: int, scale: float, limit: float) -> np.ndarray:
+    """``n`` Cauchy-distributed numbers; those beyond the limit are drawn again."""
+    numbers = scale * generator.standard_cauchy(n)
+    while len(beyond := np.flatnonzero(np.abs(numbers) > limit)):
+        numbers[beyond] = scale * generator.standard_cauchy(len(beyond))
+    return numbers
+
+
+def mutate(generator: np.random.Generator, children: np.ndarray, rate: float, scale: float, limit: float) -> None:
+    """With probability ``rate``, change one random gene of a child, in place, by a Cauchy-distributed number."""
+    flat = children.reshape(-1, children.shape[-1])
+    mutants = np.flatnonzero(generator.random(len(flat)) < rate)
+    genes = generator.integers(0, flat.shape[1], len(mutants))
+    flat[mutants, genes] += truncated_cauchy(generator, len(mutants), scale, limit).astype(flat.dtype)

@@ -1,0 +1,99 @@
+"""The subpopulations of one team: neurons that evolve apart and are scored together.
+
+Multi-Agent ESP (Yong & Miikkulainen) gives each agent of a team its own network; Multi-Component ESP (section VI.A) gives
+each agent several. Every hidden neuron of every network has a subpopulation of its own, and the team's fitness is shared
+by all neurons that took part.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from esp_trainer.config import EspConfig
+from esp_trainer.esp import operators
+from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
+
+
+class Subpopulations:
+    """State and ask/tell of one evolving side.
+
+    Args:
+        config: Parameters of ESP.
+        controller: The networks of each agent.
+        genomes: float32 ``(n_agents, n_networks, n_hidden, subpopulation_size, n_genes)``; see :meth:`random`.
+    """
+
+    def __init__(self, config: EspConfig, controller: Controller, genomes: Genomes) -> None:
+        expected = (controller.n_networks, controller.n_hidden, config.subpopulation_size, controller.n_genes)
+        if genomes.shape[1:] != expected:
+            raise ValueError(f"genomes must have shape (agents, {', '.join(map(str, expected))}), got {genomes.shape}")
+        self.config = config
+        self.controller = controller
+        self.genomes = genomes
+        self._asked: np.ndarray | None = None
+
+    @classmethod
+    def random(
+        cls, config: EspConfig, controller: Controller, n_agents: int, generator: np.random.Generator
+    ) -> Subpopulations:
+        """Uniform random genes."""
+        n_networks, n_hidden, n_genes = controller.shape
+        shape = (n_agents, n_networks, n_hidden, config.subpopulation_size, n_genes)
+        genes = generator.uniform(-config.init_range, config.init_range, shape)
+        return cls(config, controller, genes.astype(np.float32))
+
+    def ask(self, generator: np.random.Generator) -> EvolvedTeams:
+        """Teams for a generation's trials: a random neuron of each subpopulation, with replacement."""
+        if self._asked is not None:
+            raise RuntimeError("ask() was called twice; tell() the fitness of the teams first")
+        teams = self.draw(generator, self.config.n_trials)
+        self._asked = teams.indices
+        return teams
+
+    def draw(self, generator: np.random.Generator, n_trials: int) -> EvolvedTeams:
+        """Random teams that are not to be bred from, as opponents are."""
+        shape = (n_trials, *self.genomes.shape[:3])
+        indices = generator.integers(0, self.config.subpopulation_size, shape)
+        return EvolvedTeams(self.controller, self.genomes, indices)
+
+    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> None:
+        """Breed the next generation.
+
+        Args:
+            fitness: What each agent of each asked team earned, ``(n_trials, n_agents)``.
+            champions: The hall of fame, float32 ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``.
+            generator: For this generation's breeding alone.
+        """
+        if self._asked is None:
+            raise RuntimeError("tell() needs the teams of ask() first")
+        n_trials, n_agents, n_networks, n_hidden = self._asked.shape
+        if fitness.shape != (n_trials, n_agents):
+            raise ValueError(f"fitness must have shape {(n_trials, n_agents)}, got {fitness.shape}")
+        shared = np.repeat(fitness, n_networks * n_hidden, axis=1)
+        chosen = self._asked.reshape(n_trials, -1)
+        scores = operators.neuron_fitness(chosen, shared, self.config.subpopulation_size)
+        self._asked = None
+        self._breed(operators.ranking(scores), champions, generator)
+
+    def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
+        """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""
+        config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
+        each = np.arange(len(ranks))[:, None]
+        elite = genes[each, ranks[:, : config.n_elite]]
+        mates = elite[each, operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)]
+        if len(champions) and config.hof_mates:
+            drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
+            mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
+        children = operators.one_point_crossover(generator, elite, mates)
+        operators.mutate(generator, children, config.mutation_rate, config.mutation_scale, config.mutation_limit)
+        genes[each, ranks[:, : -2 * config.n_elite - 1 : -1]] = children
+
+    def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
+        """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``, which each
+        keeps as its first neuron (burst mutation, Gomez & Miikkulainen 1999)."""
+        spread = operators.truncated_cauchy(
+            generator, self.genomes.size, self.config.burst_scale, self.config.mutation_limit
+        )
+        spread = spread.reshape(self.genomes.shape)
+        spread[:, :, :, 0] = 0.0
+        self.genomes[:] = champion[:, :, :, None] + spread

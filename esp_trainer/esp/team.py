@@ -1,0 +1,107 @@
+"""An evolved team: fixed networks that play, and a file that says where they came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.config import SideConfig
+from esp_trainer.esp.controller import make_controller
+from esp_trainer.esp.network import decide
+from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
+from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
+from predprey_env.compilation import entry_point
+
+
+@entry_point
+def _decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any, votes: Any) -> int:
+    return decide(controller, weights, at, seen, inputs, votes)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, eq=False)
+class Team:
+    """The agents of one side with fixed networks.
+
+    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. An agent's networks are found by the number
+    at the end of its name, so ``predator_1`` and ``adversary_1`` are both the second agent of their team.
+    """
+
+    role: Role
+    side: SideConfig
+    controller: Controller
+    genomes: np.ndarray
+    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    """Where it came from, as JSON values: preset, seed, generation, the world, how it was chosen and scored."""
+
+    def __post_init__(self) -> None:
+        if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:  # noqa: PLR2004
+            raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
+        if not np.isfinite(self.genomes).all():
+            raise ValueError("genomes must be finite, got NaN or infinity")
+
+    @property
+    def n_agents(self) -> int:
+        """Agents of the team."""
+        return len(self.genomes)
+
+    def reset(self, seed: int | None = None) -> None:
+        """Nothing to forget, and nothing random."""
+
+    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+        """An action for each agent that has an observation, float32 ``(n,)`` with the inputs that the team was wired for."""
+        controller = self.controller
+        weights = np.ascontiguousarray(self.genomes, np.float32).ravel()
+        inputs, votes = np.empty(controller.n_inputs + 1, np.float32), np.empty(len(controller.blank), np.float32)
+        actions = {}
+        for agent, seen in observations.items():
+            row = int(agent.rpartition("_")[2])
+            if row >= self.n_agents:
+                raise ValueError(f"{agent} is not in this team of {self.n_agents} {self.role}")
+            if len(seen) <= controller.wiring.max():
+                expected = controller.wiring.max() + 1
+                raise ValueError(f"{agent} must observe at least {expected} numbers for these networks, got {len(seen)}")
+            view = np.ascontiguousarray(seen, np.float32)
+            actions[agent] = int(_decide(controller, weights, row * self.genomes[0].size, view, inputs, votes))
+        return actions
+
+    def as_teams(self, n_trials: int) -> EvolvedTeams:
+        """This team in every trial of a batch."""
+        indices = np.zeros((n_trials, *self.genomes.shape[:3]), np.int64)
+        return EvolvedTeams(self.controller, self.genomes[:, :, :, None], indices)
+
+    def save(self, path: Path | str) -> None:
+        """Write the team to a file of its own."""
+        header = {"role": self.role, "side": self.side.model_dump(), "n_actions": len(self.controller.blank)}
+        header["provenance"] = dict(self.provenance)
+        arrays = {"genomes": self.genomes, "wiring": self.controller.wiring}
+        write_arrays(Path(path), "team", header, arrays)
+
+    @classmethod
+    def load(cls, path: Path | str) -> Team:
+        """Read a team; a file that is damaged or something else raises :class:`DamagedFileError` in one line."""
+        path = Path(path)
+        header, arrays = read_arrays(path, "team")
+        try:
+            side = SideConfig.from_dict(header["side"])
+            controller = make_controller(side, arrays["wiring"], header["n_actions"])
+            if header["role"] not in ROLES:
+                raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
+            return cls(header["role"], side, controller, arrays["genomes"], header["provenance"])
+        except (KeyError, ValueError, TypeError) as error:
+            raise DamagedFileError(f"{path} is not a usable team: {error}") from None
+
+
+def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
+    """The genomes of the teams of some trials, copied: float32 ``(len(trials), n_agents, n_networks, n_hidden, n_genes)``."""
+    agent, network, neuron = np.ogrid[tuple(slice(n) for n in teams.indices.shape[1:])]
+    return teams.genomes[agent, network, neuron, teams.indices[trials]]
+
+
+def as_candidates(genomes: np.ndarray) -> np.ndarray:
+    """Whole teams ``(n_teams, n_agents, n_networks, n_hidden, n_genes)`` laid out as candidates of each neuron."""
+    return np.ascontiguousarray(np.moveaxis(genomes, 0, 3))

@@ -1,0 +1,104 @@
+"""The plain evaluator: policies that act in an environment, one step at a time, through PettingZoo's public API.
+
+It is what the compiled one is tested against, and it plays any parallel environment with discrete actions: give it the
+environment, where its episodes start, the names of the two teams, and controllers wired to its observations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
+
+import numpy as np
+from pettingzoo import ParallelEnv
+
+from esp_trainer.config import SideConfig
+from esp_trainer.esp.team import Team, pick
+from esp_trainer.evaluation.starts import CellStarts
+from esp_trainer.types import ROLES, EvolvedTeams, Policy, Role, ScriptedTeams, Starts, Teams, TrialBatch, TrialResult
+from predprey_env import PredPreyEnv
+from predprey_env.config import EnvConfig
+from predprey_env.policies import ScriptedTeam
+
+
+class ResettableStarts(Starts, Protocol):
+    """Starts that an environment can be reset to."""
+
+    def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
+        """What to call ``reset`` with."""
+        ...
+
+
+class ReferenceEvaluator:
+    """Plays batches through the PettingZoo API. An agent's fitness is its undiscounted return.
+
+    Args:
+        make_env: Makes the environment; its agents' numbers, at the end of their names, count from 0 in each team.
+        starts: Where its episodes start.
+        teams: The beginnings of the predators' and of the preys' names.
+    """
+
+    def __init__(
+        self,
+        make_env: Callable[[], ParallelEnv[str, np.ndarray, int]],
+        starts: ResettableStarts,
+        teams: tuple[str, str] = ("predator_", "prey_"),
+    ) -> None:
+        self.env = make_env()
+        self.starts = starts
+        self.agents = {
+            role: [agent for agent in self.env.possible_agents if agent.startswith(prefix)]
+            for role, prefix in zip(ROLES, teams, strict=True)
+        }
+
+    def evaluate(self, batch: TrialBatch) -> TrialResult:
+        """Play every episode of every trial."""
+        everybody = self.agents["predators"] + self.agents["prey"]
+        n_trials, n_episodes = batch.starts.shape[:2]
+        result = TrialResult(
+            fitness=np.zeros((n_trials, n_episodes, len(everybody))),
+            captured=np.zeros((n_trials, n_episodes, len(self.agents["prey"])), np.bool_),
+            steps=np.zeros((n_trials, n_episodes), np.int64),
+        )
+        for trial in range(n_trials):
+            policies = {role: self._policy(role, getattr(batch, role), trial) for role in ROLES}
+            for episode in range(n_episodes):
+                for rewards, infos in self.play(policies, batch.starts[trial, episode]):
+                    result.fitness[trial, episode] += [rewards.get(agent, 0.0) for agent in everybody]
+                    caught = [infos.get(agent, {}).get("captured", 0) for agent in self.agents["prey"]]
+                    result.captured[trial, episode] |= np.array(caught, bool)
+                    result.steps[trial, episode] += 1
+        return result
+
+    def play(
+        self, policies: dict[Role, Policy], start: np.ndarray
+    ) -> Iterator[tuple[dict[str, float], dict[str, dict[str, Any]]]]:
+        """One episode, step by step: everybody's rewards and infos."""
+        observations, _ = self.env.reset(**self.starts.reset_arguments(start))  # type: ignore[attr-defined]
+        for policy in policies.values():
+            policy.reset()
+        while self.env.agents:
+            actions: dict[str, int] = {}
+            for role, policy in policies.items():
+                actions |= policy.act({a: seen for a, seen in observations.items() if a in self.agents[role]})
+            observations, rewards, _, _, infos = self.env.step(actions)
+            yield rewards, infos
+
+    def _policy(self, role: Role, teams: Teams, trial: int) -> Policy:
+        if isinstance(teams, ScriptedTeams):
+            n_actions = self.env.action_space(self.agents[role][0]).n  # type: ignore[attr-defined]
+            return ScriptedTeam(teams.script, int(n_actions))
+        return team_of_trial(role, teams, trial)
+
+
+def team_of_trial(role: Role, teams: EvolvedTeams, trial: int) -> Team:
+    """The team of one trial as a policy."""
+    genomes = pick(teams, np.array([trial]))[0]
+    return Team(role, SideConfig(), teams.controller, genomes)
+
+
+def predprey_reference(config: EnvConfig) -> ReferenceEvaluator:
+    """The reference for the predator-prey world. Its returns are fitnesses only where rewards are terminal and caught prey
+    stay, so those switches are set."""
+    world = config.replace(reward="terminal", captured_prey="inert")
+    return ReferenceEvaluator(lambda: PredPreyEnv(world), CellStarts(world))

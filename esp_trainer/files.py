@@ -1,0 +1,93 @@
+"""Arrays and JSON on disk: written whole or not at all, and refused when damaged. Nothing is ever unpickled.
+
+Arrays go into safetensors with one JSON header that names its kind and schema and carries a digest of all it describes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
+
+SCHEMA = 1
+_HEADER = "esp_trainer"
+
+
+class DamagedFileError(ValueError):
+    """A file that is truncated, altered, foreign or of another schema."""
+
+
+def write(path: Path, data: bytes) -> None:
+    """Put a file in place whole: written beside it, synced, renamed."""
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        with beside.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
+    _sync_directory(path.parent)
+
+
+def _sync_directory(directory: Path) -> None:
+    descriptor = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def to_json(value: Any) -> bytes:
+    """JSON that is the same for equal values."""
+    return (json.dumps(value, indent=2, allow_nan=False) + "\n").encode()
+
+
+def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays with a header of JSON values."""
+    whole = {"kind": kind, "schema": SCHEMA, **header}
+    whole["digest"] = _digest(whole, arrays)
+    contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    write(path, save(contiguous, metadata={_HEADER: json.dumps(whole, allow_nan=False)}))
+
+
+def read_arrays(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The header and the arrays of a file of that kind, or :class:`DamagedFileError` in one line."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is not there" if not path.exists() else f"{path} is not a file")
+    try:
+        with safe_open(path, framework="numpy") as file:
+            header = json.loads((file.metadata() or {})[_HEADER])
+            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118  # not a mapping
+    except KeyError:
+        raise DamagedFileError(f"{path} was not written by esp_trainer") from None
+    except (SafetensorError, ValueError, TypeError, RecursionError) as error:
+        raise DamagedFileError(f"{path} is damaged: {str(error).splitlines()[0]}") from None
+    if not isinstance(header, dict) or header.pop("digest", None) != _digest(header, arrays):
+        raise DamagedFileError(f"{path} is damaged: its contents do not match their digest")
+    if header["kind"] != kind:
+        raise DamagedFileError(f"{path} must be a {kind}, but is a {header['kind']}")
+    if header["schema"] != SCHEMA:
+        raise DamagedFileError(f"{path} must have schema {SCHEMA}, but has {header['schema']}")
+    for name, array in arrays.items():
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise DamagedFileError(f"{path} is damaged: {name} holds values that are not finite")
+    return header, arrays
+
+
+def _digest(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> str:
+    digest = hashlib.sha256(json.dumps(header, sort_keys=True, allow_nan=False).encode())
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array)
+    return digest.hexdigest()

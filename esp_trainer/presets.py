@@ -1,0 +1,52 @@
+"""The experiments, each one frozen object and one word on the command line."""
+
+from __future__ import annotations
+
+import difflib
+
+from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from predprey_env.config import EnvConfig
+
+_ONE_PREY = EnvConfig(n_prey=1)
+_MONOLITHIC = SideConfig(controller="monolithic")
+
+PRESETS: dict[str, tuple[str, RunConfig]] = {
+    "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
+    "paper-3v1": ("three predators and one prey with a network for each predator (section VI.B)", RunConfig(env=_ONE_PREY)),
+    "monolithic-3v2": (
+        "the first preliminary experiment: one network an agent; the paper saw stagnation (section VI.A)",
+        RunConfig(predators=_MONOLITHIC, prey=_MONOLITHIC),
+    ),
+    "monolithic-3v1": (
+        "the second: a single prey with one network; the paper saw it caught with ease (section VI.A)",
+        RunConfig(env=_ONE_PREY, predators=_MONOLITHIC, prey=_MONOLITHIC),
+    ),
+    "monolithic-3v1-wide": (
+        "the same with three times the hidden neurons; the paper saw no improvement (section VI.A)",
+        RunConfig(env=_ONE_PREY, predators=_MONOLITHIC, prey=SideConfig(controller="monolithic", n_hidden=30)),
+    ),
+    "fleeing-prey": (
+        "predators evolve against the fixed prey of Yong & Miikkulainen, which runs from the nearest",
+        RunConfig(env=_ONE_PREY, prey=SideConfig(policy="flee_nearest")),
+    ),
+    "smoke": (
+        "everything, small: seconds to see that it works",
+        RunConfig(
+            generations=20,
+            checkpoint_every=5,
+            env=EnvConfig(size=12, max_cycles=30),
+            esp=EspConfig(subpopulation_size=20, n_trials=100, n_episodes=2, hof_mates=2),
+            champion=ChampionConfig(n_candidates=5, n_held_out=64),
+        ),
+    ),
+}
+"""Name -> what it is, and its config."""
+
+
+def preset(name: str) -> RunConfig:
+    """The config of a preset; :class:`ValueError` names the nearest for one that does not exist."""
+    if name not in PRESETS:
+        near = difflib.get_close_matches(name, PRESETS, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(PRESETS)}"
+        raise ValueError(f"unknown preset {name}; {hint}")
+    return PRESETS[name][1].replace(preset=name)
