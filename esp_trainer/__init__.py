@@ -1,1 +1,7 @@
-"""ESP."""
+"""Coevolution of predator and prey teams by Enforced SubPopulations (Rawal, Rajagopalan & Miikkulainen 2010)."""
+
+from esp_trainer.config import RunConfig
+from esp_trainer.esp.team import Team
+from esp_trainer.presets import PRESETS, preset
+
+__all__ = ["PRESETS", "RunConfig", "Team", "preset"]

@@ -51,8 +51,9 @@ class EspConfig(Settings):
     """Episodes a trial, each from a random start; their fitnesses are averaged."""
 
     pairing: Literal["cosample", "previous_champion", "hall_of_fame", "mixed"] = "cosample"
-    """Whom a trial's team meets: the other side's team of the same trial, so that the same episodes score both; the other
-    side's last champion; a champion drawn from its hall of fame; or, half the time each, a drawn team or a champion."""
+    """Whom a trial's team meets: the other side's team of the same trial, so that the same episodes score both; the
+    other side's last champion; a champion drawn from its hall of fame; or, half the time each, a drawn team or a
+    champion."""
 
     elite_share: float = Field(default=0.25, gt=0, le=1 / 3)
     """Share of each subpopulation that breeds; its children, two a pair, replace the worst."""
@@ -82,7 +83,11 @@ class EspConfig(Settings):
     def _breeds(self) -> EspConfig:
         if self.n_elite < 1:
             raise ValueError(
-                f"elite_share must select a neuron of subpopulation_size={self.subpopulation_size}, got {self.elite_share}"
+               
+               
+               
+                f"elite_share must select a neuron of subpopulation_size={self.subpopulation_size}, got
+                {self.elite_share}"
             )
         if self.hof_mates > self.n_elite:
             raise ValueError(f"hof_mates must be at most the {self.n_elite} breeding pairs, got {self.hof_mates}")

@@ -12,7 +12,10 @@ _MONOLITHIC = SideConfig(controller="monolithic")
 
 PRESETS: dict[str, tuple[str, RunConfig]] = {
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
-    "paper-3v1": ("three predators and one prey with a network for each predator (section VI.B)", RunConfig(env=_ONE_PREY)),
+    "paper-3v1": (
+        "three predators and one prey with a network for each predator (section VI.B)",
+        RunConfig(env=_ONE_PREY),
+    ),
     "monolithic-3v2": (
         "the first preliminary experiment: one network an agent; the paper saw stagnation (section VI.A)",
         RunConfig(predators=_MONOLITHIC, prey=_MONOLITHIC),

@@ -45,7 +45,8 @@ class Captures:
     caught: Rate
     """Prey caught, of all prey of all episodes."""
     caught_by_even: list[Rate | None]
-    """The same by how many predators started at an even Manhattan distance from the prey, 0 to all; None where no prey did."""
+    """The same by how many predators started at an even Manhattan distance from the prey, 0 to all; None where no prey
+    did."""
     steps: float
     """Mean length of an episode."""
     predator_fitness: float

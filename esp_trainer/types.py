@@ -7,13 +7,15 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
+from predprey_env.policies import Script
+
 Role: TypeAlias = Literal["predators", "prey"]
 ROLES: tuple[Role, Role] = ("predators", "prey")
 
 Genomes: TypeAlias = np.ndarray
-"""float32 ``(n_agents, n_networks, n_hidden, n_candidates, n_genes)``: for each hidden neuron of each network of each agent,
-a subpopulation of candidate neurons. A gene string is the neuron's input weights, its bias if there is one, and its output
-weights (section V)."""
+"""float32 ``(n_agents, n_networks, n_hidden, n_candidates, n_genes)``: for each hidden neuron of each network of each
+agent, a subpopulation of candidate neurons. A gene string is the neuron's input weights, its bias if there is one, and
+its output weights (section V)."""
 
 Indices: TypeAlias = np.ndarray
 """int64 ``(n_trials, n_agents, n_networks, n_hidden)``: which candidate each hidden neuron of each trial's team is."""
@@ -64,7 +66,7 @@ class EvolvedTeams:
 class ScriptedTeams:
     """The same scripted policy for one side in all trials."""
 
-    script: str
+    script: Script
 
 
 Teams: TypeAlias = EvolvedTeams | ScriptedTeams
@@ -77,7 +79,8 @@ class TrialBatch:
     predators: Teams
     prey: Teams
     starts: np.ndarray
-    """What each episode starts from: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)`` cells."""
+    """What each episode starts from: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)``
+    cells."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,9 @@ class Starts(Protocol):
         ...
 
     def even_predators(self, starts: np.ndarray) -> np.ndarray:
-        """For each prey, how many predators start at an even distance from it, int ``(n_trials, n_episodes, n_prey)``."""
+        """For each prey, how many predators start at an even distance from it, int ``(n_trials, n_episodes,
+        n_prey)``.
+        """
         ...
 
 

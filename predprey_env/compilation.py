@@ -10,7 +10,6 @@ import hashlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from types import FunctionType
 from typing import Any, TypeVar
 
 from numba import njit
@@ -22,10 +21,10 @@ from predprey_env import floats, lanes
 Compiled = TypeVar("Compiled", bound=Callable[..., Any])
 
 
-def source_files(function: FunctionType) -> set[str]:
+def source_files(function: Callable[..., Any]) -> set[str]:
     """The files of a function and of every compiled function that it calls, directly or not."""
     files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
-    seen: set[FunctionType] = set()
+    seen: set[Callable[..., Any]] = set()
     while pending:
         current = pending.pop()
         seen.add(current)
@@ -35,10 +34,10 @@ def source_files(function: FunctionType) -> set[str]:
     return files
 
 
-class _DigestCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
+class _DigestCache(FunctionCache):
     """Numba's cache with the digest of all sources in the key."""
 
-    def __init__(self, function: FunctionType) -> None:
+    def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         digest = hashlib.sha256()
         for file in sorted(source_files(function)):

@@ -126,4 +126,5 @@ def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig
 
 def _collides(starts: np.ndarray, n_predators: int) -> np.ndarray:
     predators, prey = starts[:, :n_predators, None], starts[:, None, n_predators:]
-    return (predators == prey).all(axis=-1).any(axis=(1, 2))
+    same = (predators == prey).all(axis=-1).any(axis=(1, 2))
+    return np.asarray(same)

@@ -64,7 +64,8 @@ def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float
 @rule
 def prey_fitness(world: World, steps: int, rules: Rules) -> float:
     """25 if none is caught, 12.5 if some are, ``12.5 rho / R`` if all: ``rho`` the steps played until the last was
-    caught, ``R`` the time limit."""
+    caught, ``R`` the time limit.
+    """
     alive = count_alive(world, rules)
     if alive == rules.n_prey:
         return BEST

@@ -37,10 +37,10 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 
 
 @intrinsic
-def _fma(_context, a, b, c):  # type: ignore[no-untyped-def]
+def _fma(_context, a, b, c):
     result = next((value for value in (a, b, c) if isinstance(value, Lanes)), types.float32)
 
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, arguments):
         pair = zip(signature.args, arguments, strict=True)
         convert = spread if isinstance(result, Lanes) else _cast_to_float
         return _llvm(builder, "fma", *(convert(context, builder, result, given, value) for given, value in pair))
@@ -53,7 +53,7 @@ def _cast_to_float(context: Any, builder: Any, _float32: Any, given: types.Type,
 
 
 @overload(fma)
-def _fma_overload(a, b, c):  # type: ignore[no-untyped-def]
+def _fma_overload(a, b, c):
     return lambda a, b, c: _fma(a, b, c)
 
 
@@ -63,12 +63,12 @@ def nearest_integer(a: Any) -> Any:
 
 
 @intrinsic
-def _nearest_integer(_context, a):  # type: ignore[no-untyped-def]
+def _nearest_integer(_context, a):
     return a(a), lambda _context, builder, _signature, arguments: _llvm(builder, "rint", arguments[0])
 
 
 @overload(nearest_integer)
-def _nearest_integer_overload(a):  # type: ignore[no-untyped-def]
+def _nearest_integer_overload(a):
     return lambda a: _nearest_integer(a)
 
 
@@ -78,8 +78,8 @@ def power_of_two(exponent: Any) -> Any:
 
 
 @intrinsic
-def _power_of_two(_context, exponent):  # type: ignore[no-untyped-def]
-    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
+def _power_of_two(_context, exponent):
+    def codegen(_context, builder, _signature, arguments):
         kind = arguments[0].type
         bits = _as_integers(kind)
         biased = builder.add(builder.fptosi(arguments[0], bits), _constant(bits, 127))
@@ -89,7 +89,7 @@ def _power_of_two(_context, exponent):  # type: ignore[no-untyped-def]
 
 
 @overload(power_of_two)
-def _power_of_two_overload(exponent):  # type: ignore[no-untyped-def]
+def _power_of_two_overload(exponent):
     return lambda exponent: _power_of_two(exponent)
 
 
@@ -99,28 +99,28 @@ def as_float(a: Any) -> Any:
 
 
 @intrinsic
-def _lanes_as_float(_context, a):  # type: ignore[no-untyped-def]
-    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
+def _lanes_as_float(_context, a):
+    def codegen(_context, builder, _signature, arguments):
         return builder.sitofp(arguments[0], ir.VectorType(ir.FloatType(), LANES))
 
     return FLOATS(a), codegen
 
 
 @overload(as_float)
-def _as_float(a):  # type: ignore[no-untyped-def]
+def _as_float(a):
     return (lambda a: _lanes_as_float(a)) if is_lanes(a) else (lambda a: np.float32(a))
 
 
-def zeros(weights: Any, blank: tuple[float, ...]) -> Any:
+def zeros(weights: Any, blank: tuple[Any, ...]) -> Any:
     """As many zeros as ``blank`` has entries, each of the kind that the rows of ``weights`` are."""
     return tuple(weights[0] * 0 for _ in blank)
 
 
 @intrinsic
-def _zeros(_context, weights, blank):  # type: ignore[no-untyped-def]
+def _zeros(_context, weights, blank):
     result = types.UniTuple(FLOATS if weights.ndim == 2 else types.float32, len(blank))
 
-    def codegen(context, builder, signature, _arguments):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, _arguments):
         zero = ir.Constant(context.get_value_type(signature.return_type.dtype), None)
         return context.make_tuple(builder, signature.return_type, [zero] * len(signature.return_type))
 
@@ -128,7 +128,7 @@ def _zeros(_context, weights, blank):  # type: ignore[no-untyped-def]
 
 
 @overload(zeros)
-def _zeros_overload(weights, blank):  # type: ignore[no-untyped-def]
+def _zeros_overload(weights, blank):
     return lambda weights, blank: _zeros(weights, blank)
 
 
@@ -141,8 +141,8 @@ def add_products(sums: tuple[Any, ...], weights: Any, row: int, factor: Any) -> 
 
 
 @intrinsic
-def _add_products(_context, sums, weights, row, factor):  # type: ignore[no-untyped-def]
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+def _add_products(_context, sums, weights, row, factor):
+    def codegen(context, builder, signature, arguments):
         sums, array, first, factor = arguments
         array_type, vector = signature.args[1], isinstance(signature.args[3], Lanes)
         results = []
@@ -161,5 +161,5 @@ def _add_products(_context, sums, weights, row, factor):  # type: ignore[no-unty
 
 
 @overload(add_products)
-def _add_products_overload(sums, weights, row, factor):  # type: ignore[no-untyped-def]
+def _add_products_overload(sums, weights, row, factor):
     return lambda sums, weights, row, factor: _add_products(sums, weights, row, factor)

@@ -31,7 +31,7 @@ _ELEMENTS = {types.float32: ir.FloatType(), types.int32: ir.IntType(32), types.b
 _I32 = ir.IntType(32)
 
 
-class Lanes(types.Type):  # type: ignore[misc]  # numba ships no types
+class Lanes(types.Type):
     """Numba type of ``LANES`` numbers of one element type."""
 
     def __init__(self, element: types.Type) -> None:
@@ -40,7 +40,7 @@ class Lanes(types.Type):  # type: ignore[misc]  # numba ships no types
 
 
 @register_model(Lanes)
-class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
+class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, lanes: Lanes) -> None:
         super().__init__(manager, lanes, ir.VectorType(_ELEMENTS[lanes.element], LANES))
 
@@ -50,6 +50,7 @@ _OF_ELEMENT = {types.float32: FLOATS, types.int32: _INTEGERS}
 
 
 def is_lanes(*values: Any) -> bool:
+    """Whether any of some Numba types is :class:`Lanes`."""
     return any(isinstance(value, Lanes) for value in values)
 
 
@@ -67,17 +68,17 @@ def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: A
 
 def _define_operator(python_operator: Callable[..., Any], emit: Callable[..., Any], *, gives_mask: bool) -> None:
     @intrinsic
-    def lanes_operator(_context, a, b):  # type: ignore[no-untyped-def]
+    def lanes_operator(_context, a, b):
         lanes = a if isinstance(a, Lanes) else b
 
-        def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, arguments):
             pair = zip(signature.args, arguments, strict=True)
             return emit(builder, lanes, *(spread(context, builder, lanes, given, value) for given, value in pair))
 
         return (_MASK if gives_mask else lanes)(a, b), codegen
 
     @overload(python_operator)
-    def _on_lanes(a, b):  # type: ignore[no-untyped-def]
+    def _on_lanes(a, b):
         return (lambda a, b: lanes_operator(a, b)) if is_lanes(a, b) else None
 
 
@@ -112,11 +113,11 @@ def where(mask: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
-def _select(_context, mask, a, b):  # type: ignore[no-untyped-def]
+def _select(_context, mask, a, b):
     known = a if isinstance(a, Lanes) else b
     lanes = known if isinstance(known, Lanes) else (_INTEGERS if isinstance(a, types.Integer) else FLOATS)
 
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, arguments):
         pair = zip(signature.args[1:], arguments[1:], strict=True)
         return builder.select(arguments[0], *(spread(context, builder, lanes, given, value) for given, value in pair))
 
@@ -124,7 +125,7 @@ def _select(_context, mask, a, b):  # type: ignore[no-untyped-def]
 
 
 @overload(where)
-def _where(mask, a, b):  # type: ignore[no-untyped-def]
+def _where(mask, a, b):
     if is_lanes(mask):
         return lambda mask, a, b: _select(mask, a, b)
     return lambda mask, a, b: a if mask else b
@@ -136,8 +137,8 @@ def any_of(mask: Any) -> bool:
 
 
 @intrinsic
-def _any_lane(_context, mask):  # type: ignore[no-untyped-def]
-    def codegen(_context, builder, _signature, arguments):  # type: ignore[no-untyped-def]
+def _any_lane(_context, mask):
+    def codegen(_context, builder, _signature, arguments):
         bits = builder.bitcast(arguments[0], ir.IntType(LANES))
         return builder.icmp_unsigned("!=", bits, bits.type(0))
 
@@ -145,7 +146,7 @@ def _any_lane(_context, mask):  # type: ignore[no-untyped-def]
 
 
 @overload(any_of)
-def _any_of(mask):  # type: ignore[no-untyped-def]
+def _any_of(mask):
     return (lambda mask: _any_lane(mask)) if is_lanes(mask) else (lambda mask: mask)
 
 
@@ -160,14 +161,15 @@ def store(array: Any, row: int, value: Any) -> None:
 
 
 def row_pointer(context: Any, builder: Any, array_type: types.Array, array: Any, row: Any) -> Any:
+    """Where a row of an array of shape ``(rows, LANES)`` begins, as a pointer to a vector."""
     base = context.make_array(array_type)(context, builder, array).data
     start = builder.gep(base, [builder.mul(row, row.type(LANES))])
     return builder.bitcast(start, ir.VectorType(_ELEMENTS[array_type.dtype], LANES).as_pointer())
 
 
 @intrinsic
-def _load_lanes(_context, array, row):  # type: ignore[no-untyped-def]
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+def _load_lanes(_context, array, row):
+    def codegen(context, builder, signature, arguments):
         value = builder.load(row_pointer(context, builder, signature.args[0], *arguments))
         value.align = 4
         return value
@@ -176,10 +178,10 @@ def _load_lanes(_context, array, row):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
-def _store_lanes(_context, array, row, value):  # type: ignore[no-untyped-def]
+def _store_lanes(_context, array, row, value):
     lanes = _OF_ELEMENT[array.dtype]
 
-    def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, signature, arguments):
         repeated = spread(context, builder, lanes, signature.args[2], arguments[2])
         builder.store(repeated, row_pointer(context, builder, signature.args[0], *arguments[:2])).align = 4
         return context.get_dummy_value()
@@ -188,18 +190,18 @@ def _store_lanes(_context, array, row, value):  # type: ignore[no-untyped-def]
 
 
 @overload(load)
-def _load(array, row):  # type: ignore[no-untyped-def]
+def _load(array, row):
     if array.ndim == 2:
         return lambda array, row: _load_lanes(array, row)
     return lambda array, row: array[row]
 
 
 @overload(store)
-def _store(array, row, value):  # type: ignore[no-untyped-def]
+def _store(array, row, value):
     if array.ndim == 2:
         return lambda array, row, value: _store_lanes(array, row, value)
 
-    def store_number(array, row, value):  # type: ignore[no-untyped-def]
+    def store_number(array, row, value):
         array[row] = value
 
     return store_number

@@ -60,9 +60,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             agent: Box(low, high, (length,), np.float32)
             for agent, length in zip(self.possible_agents, lengths, strict=True)
         }
-        self.action_spaces = {
-            agent: Discrete(n) for agent, n in zip(self.possible_agents, n_actions, strict=True)
-        }
+        self.action_spaces = {agent: Discrete(n) for agent, n in zip(self.possible_agents, n_actions, strict=True)}
         top = np.array([config.size - 1] * (2 * config.n_agents) + [1] * (config.n_prey + 1), np.float32)
         self.state_space = Box(np.zeros_like(top), top, dtype=np.float32)
 
@@ -102,7 +100,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """The same object at every call."""
         return self.observation_spaces[agent]
 
-    def action_space(self, agent: str) -> Discrete:  # type: ignore[type-arg]
+    def action_space(self, agent: str) -> Discrete:
         """The same object at every call."""
         return self.action_spaces[agent]
 
@@ -154,8 +152,9 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
 
     def state(self) -> np.ndarray:
-        """Everything, for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``. All columns, all rows, which prey
-        are free, and the share of the time limit that has passed."""
+        """Everything, for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``. All columns, all rows, which
+        prey are free, and the share of the time limit that has passed.
+        """
         if self._world is None:
             raise RuntimeError("reset() must be called before state()")
         passed = [self._steps / self._rules.max_cycles]
@@ -188,7 +187,9 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         return places.astype(np.int32)
 
     def _read(self, actions: dict[str, int], free: list[int]) -> None:
-        """Take the actions of the agents that can act into the array, or :class:`ValueError` with the world untouched."""
+        """Take the actions of the agents that can act into the array, or :class:`ValueError` with the world
+        untouched.
+        """
         chosen = self._actions.tolist()
         for agent, i in self._rows(self.agents):
             prey = i - self.config.n_predators
@@ -209,7 +210,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """Advance the world, keep what the step needs to know of it, and give each acting agent its view."""
         seen = np.empty(self._n_seen, np.float32)
         _advance(self._world, self._actions, moves, self._steps, self._rules, seen, self._scores)
-        self._alive: list[int] = self._world.alive.tolist()  # type: ignore[union-attr]
+        self._alive: list[int] = self._world.alive.tolist()
         self._fitness: list[float] = self._scores.tolist()
         return {agent: seen[self._slices[i]] for agent, i in self._rows(self.agents)}
 

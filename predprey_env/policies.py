@@ -87,6 +87,4 @@ class ScriptedTeam:
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
         """An action for each agent that has an observation."""
         number = SCRIPTS[self.script]
-        return {
-            agent: int(_act(number, seen, len(seen) // 2, self.n_actions)) for agent, seen in observations.items()
-        }
+        return {agent: int(_act(number, seen, len(seen) // 2, self.n_actions)) for agent, seen in observations.items()}

@@ -1,8 +1,8 @@
 """Predators and prey on a toroid: the pursuit-evasion task of Rawal, Rajagopalan & Miikkulainen (2010).
 
-A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. Nobody is told what a
-team-mate does. As prey cannot be outrun, predators must come from several sides at once; as three predators cannot close
-four exits at once, prey that foresee them escape.
+A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. Nobody is told what
+a team-mate does. As prey cannot be outrun, predators must come from several sides at once; as three predators cannot
+close four exits at once, prey that foresee them escape.
 
 | Import             | ``from predprey_env import predprey_v0``           |
 |--------------------|----------------------------------------------------|
@@ -14,8 +14,8 @@ four exits at once, prey that foresee them escape.
 | Observation values | ``[-(size // 2), size - size // 2 - 1]``, in cells |
 | State shape        | ``(2 n_agents + n_prey + 1,)``                     |
 
-**Observation.** For each opponent in order: its offset along x and along y, opponent minus self, the shortest way round the
-torus, in cells, float32. The offset to and from a caught prey is (0, 0).
+**Observation.** For each opponent in order: its offset along x and along y, opponent minus self, the shortest way
+round the torus, in cells, float32. The offset to and from a caught prey is (0, 0).
 
 **Actions.** 0 east, 1 west, 2 north, 3 south, and for predators 4 idle. All agents move at once.
 
@@ -23,19 +23,22 @@ torus, in cells, float32. The offset to and from a caught prey is (0, 0).
 nothing and has its actions ignored (``captured_prey="inert"``), or terminates and leaves, its last reward being the
 fitness if the episode ended then (``"removed"``).
 
-**Rewards.** 0 until the last step, on which every agent receives its fitness; the undiscounted return is thus the paper's
-fitness. With ``g`` of ``n`` prey caught, predators score 25 if ``g = n``, else ``20 g/n + 2 g + 20 d/n`` with ``d`` in
-[0, 1] their closeness to the free prey; prey score 25 if ``g = 0``, 12.5 if ``0 < g < n``, else ``12.5 rho/R`` for an episode
-of ``rho`` of at most ``R`` steps. With ``reward="dense"`` each step pays the change in that fitness.
+**Rewards.** 0 until the last step, on which every agent receives its fitness; the undiscounted return is thus the
+paper's fitness. With ``g`` of ``n`` prey caught, predators score 25 if ``g = n``, else ``20 g/n + 2 g + 20 d/n`` with
+``d`` in [0, 1] their closeness to the free prey; prey score 25 if ``g = 0``, 12.5 if ``0 < g < n``, else ``12.5
+rho/R`` for an episode of ``rho`` of at most ``R`` steps. With ``reward="dense"`` each step pays the change in that
+fitness.
 
 **Start.** Uniform random cells; drawn again while a predator shares a prey's cell. ``reset(options={"starts": cells})``
 sets them.
 
-**End.** All prey caught: terminated. ``max_cycles`` steps: truncated. After that ``step`` returns five empty dictionaries.
+**End.** All prey caught: terminated. ``max_cycles`` steps: truncated. After that ``step`` returns five empty
+dictionaries.
 
 **Info.** For each agent ``captured`` (0 or 1), ``n_captured`` and ``fitness``, the fitness if the episode ended now.
 
-The parameters are those of :class:`predprey_env.EnvConfig` and ``render_mode`` (``"human"``, ``"ansi"``, ``"rgb_array"``).
+The parameters are those of :class:`predprey_env.EnvConfig` and ``render_mode`` (``"human"``, ``"ansi"``,
+``"rgb_array"``).
 
 Version history: v0, first release.
 """
@@ -84,7 +87,7 @@ def _as_aec(
 ) -> Callable[Parameters, AECEnv[Any, Any, Any]]:
     @wraps(make)
     def make_aec(*args: Parameters.args, **kwargs: Parameters.kwargs) -> AECEnv[Any, Any, Any]:
-        return wrap(parallel_to_aec(make(*args, **kwargs)))  # type: ignore[no-any-return]
+        return wrap(parallel_to_aec(make(*args, **kwargs)))
 
     return make_aec
 

@@ -58,9 +58,17 @@ def one_line(error: ValidationError, settings: type[BaseModel]) -> str:
     if kind == "literal_error":
         return f"{field} must be {context['expected']}, got {got!r}"
     if kind == "value_error":
-        return str(context["error"])
-    expected = fault["msg"].removeprefix("Input should be ").removeprefix("a valid ")
-    return f"{field} must be {expected}, got {got!r}"
+        return _within(field, str(context["error"]), settings)
+    expected = fault["msg"].removeprefix("Input should be ").replace("a valid integer", "an integer")
+    return f"{field} must be {expected.replace('a valid ', 'a ')}, got {got!r}"
+
+
+def _within(section: str, line: str, settings: type[BaseModel]) -> str:
+    """The line of a nested section's own error, with the section's name."""
+    if not section:
+        return line
+    dotted = f"{section}.{line}"
+    return dotted if dotted.split()[0] in field_names(settings) else f"{section}: {line}"
 
 
 def unknown_field(field: str, known: list[str]) -> str:

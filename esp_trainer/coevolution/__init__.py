@@ -1,0 +1,1 @@
+"""Two sides that evolve against each other."""

@@ -1,7 +1,7 @@
 """Which of a generation's teams is its champion.
 
-The best of a thousand six-episode scores is mostly luck, so by default the best twenty teams of each side meet each other
-again on fresh starts, and the best mean wins.
+The best of a thousand six-episode scores is mostly luck, so by default the best twenty teams of each side meet each
+other again on fresh starts, and the best mean wins.
 """
 
 from __future__ import annotations
@@ -13,7 +13,17 @@ import numpy as np
 
 from esp_trainer.config import ChampionConfig
 from esp_trainer.esp.team import as_candidates, pick
-from esp_trainer.types import ROLES, Controller, EvolvedTeams, Evaluator, Fitness, Role, ScriptedTeams, Teams, TrialBatch
+from esp_trainer.types import (
+    ROLES,
+    Controller,
+    Evaluator,
+    EvolvedTeams,
+    Fitness,
+    Role,
+    ScriptedTeams,
+    Teams,
+    TrialBatch,
+)
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import (
     ROLES,
-    EvolvedTeams,
     Evaluator,
+    EvolvedTeams,
     Fitness,
     Role,
     ScriptedTeams,
@@ -67,7 +67,9 @@ class Coevolution:
     def step(self, number: int) -> Generation:
         """Play, score, choose champions and breed."""
         begun = perf_counter()
-        asked = {role: side.subpopulations.ask(self._stream(f"{role} ask", number)) for role, side in self.evolving.items()}
+        asked = {
+            role: side.subpopulations.ask(self._stream(f"{role} ask", number)) for role, side in self.evolving.items()
+        }
         asked_at = perf_counter()
         trials = self._play_trials(asked, number)
         played = perf_counter()

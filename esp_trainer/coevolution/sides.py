@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
+from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.seeding import stream

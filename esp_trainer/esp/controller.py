@@ -16,7 +16,7 @@ def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int) -> Con
         wiring: Which entries of an observation each network reads, int ``(n_networks, n_inputs)``.
         n_actions: Actions to choose from.
     """
-    if n_actions < 2 or wiring.ndim != 2 or wiring.shape[1] < 2:  # noqa: PLR2004  # the forward pass starts with two
+    if n_actions < 2 or wiring.ndim != 2 or wiring.shape[1] < 2:  # the forward pass starts with two
         raise ValueError(f"a controller needs 2 actions and 2 inputs a network, got {n_actions} and {wiring.shape}")
     return Controller(
         n_networks=wiring.shape[0],

@@ -1,4 +1,6 @@
-"""The forward pass: the one statement of what a network computes, for a policy object and for the fused kernel alike."""
+"""The forward pass: the one statement of what a network computes, for a policy object and for the fused kernel
+alike.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +24,8 @@ _C1, _C2, _C3, _C4, _C5 = (np.float32(np.log(2.0) ** k / n) for k, n in ((1, 1),
 def logistic(z: Any) -> Any:
     """``1 / (1 + exp(-z))`` in 32-bit floats without a library call; off by less than 1e-6.
 
-    Inputs beyond 64 / log2(e), about 44, count as that bound: the true value differs from 0 or 1 by less than 1e-19 there,
-    and smaller activations would lead to denormal products, which are twenty times slower.
+    Inputs beyond 64 / log2(e), about 44, count as that bound: the true value differs from 0 or 1 by less than 1e-19
+    there, and smaller activations would lead to denormal products, which are twenty times slower.
     """
     exponent = ZERO - z * LOG2_E
     exponent = where(exponent < -SATURATED, -SATURATED, exponent)
@@ -64,11 +66,11 @@ def add_votes(controller: Controller, weights: Any, at: int, inputs: Any, votes:
 
 @rule
 def decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any, votes: Any) -> Any:
-    """An agent's action: its networks' outputs are summed per action and the largest sum wins (section VI, figure 3); of
-    equal ones the lowest index.
+    """An agent's action: its networks' outputs are summed per action and the largest sum wins (section VI, figure 3);
+    of equal ones the lowest index.
 
-    ``weights`` holds the agent's networks one after the other from row ``at`` on; ``inputs``, ``hidden`` and ``votes`` are
-    scratch of at least ``n_inputs + 1``, ``n_hidden`` and ``n_outputs`` rows.
+    ``weights`` holds the agent's networks one after the other from row ``at`` on; ``inputs``, ``hidden`` and ``votes``
+    are scratch of at least ``n_inputs + 1``, ``n_hidden`` and ``n_outputs`` rows.
     """
     n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
     for action in range(len(controller.blank)):

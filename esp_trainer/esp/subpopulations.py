@@ -1,8 +1,8 @@
 """The subpopulations of one team: neurons that evolve apart and are scored together.
 
-Multi-Agent ESP (Yong & Miikkulainen) gives each agent of a team its own network; Multi-Component ESP (section VI.A) gives
-each agent several. Every hidden neuron of every network has a subpopulation of its own, and the team's fitness is shared
-by all neurons that took part.
+Multi-Agent ESP (Yong & Miikkulainen) gives each agent of a team its own network; Multi-Component ESP (section VI.A)
+gives each agent several. Every hidden neuron of every network has a subpopulation of its own, and the team's fitness
+is shared by all neurons that took part.
 """
 
 from __future__ import annotations
@@ -90,7 +90,8 @@ class Subpopulations:
 
     def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
         """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``, which each
-        keeps as its first neuron (burst mutation, Gomez & Miikkulainen 1999)."""
+        keeps as its first neuron (burst mutation, Gomez & Miikkulainen 1999).
+        """
         spread = operators.truncated_cauchy(
             generator, self.genomes.size, self.config.burst_scale, self.config.mutation_limit
         )

@@ -26,8 +26,8 @@ def _decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: An
 class Team:
     """The agents of one side with fixed networks.
 
-    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. An agent's networks are found by the number
-    at the end of its name, so ``predator_1`` and ``adversary_1`` are both the second agent of their team.
+    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. An agent's networks are found by the
+    number at the end of its name, so ``predator_1`` and ``adversary_1`` are both the second agent of their team.
     """
 
     role: Role
@@ -39,7 +39,7 @@ class Team:
     """Where it came from, as JSON values: preset, seed, generation, the world, how it was chosen and scored."""
 
     def __post_init__(self) -> None:
-        if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:  # noqa: PLR2004
+        if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
         if not np.isfinite(self.genomes).all():
             raise ValueError("genomes must be finite, got NaN or infinity")
@@ -53,7 +53,9 @@ class Team:
         """Nothing to forget, and nothing random."""
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent that has an observation, float32 ``(n,)`` with the inputs that the team was wired for."""
+        """An action for each agent that has an observation, float32 ``(n,)`` with the inputs that the team was wired
+        for.
+        """
         controller = self.controller
         weights = np.ascontiguousarray(self.genomes, np.float32).ravel()
         inputs, votes = np.empty(controller.n_inputs + 1, np.float32), np.empty(len(controller.blank), np.float32)
@@ -64,7 +66,9 @@ class Team:
                 raise ValueError(f"{agent} is not in this team of {self.n_agents} {self.role}")
             if len(seen) <= controller.wiring.max():
                 expected = controller.wiring.max() + 1
-                raise ValueError(f"{agent} must observe at least {expected} numbers for these networks, got {len(seen)}")
+                raise ValueError(
+                    f"{agent} must observe at least {expected} numbers for these networks, got {len(seen)}"
+                )
             view = np.ascontiguousarray(seen, np.float32)
             actions[agent] = int(_decide(controller, weights, row * self.genomes[0].size, view, inputs, votes))
         return actions
@@ -97,9 +101,11 @@ class Team:
 
 
 def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
-    """The genomes of the teams of some trials, copied: float32 ``(len(trials), n_agents, n_networks, n_hidden, n_genes)``."""
+    """The genomes of the teams of some trials, copied: float32 ``(len(trials), n_agents, n_networks, n_hidden,
+    n_genes)``.
+    """
     agent, network, neuron = np.ogrid[tuple(slice(n) for n in teams.indices.shape[1:])]
-    return teams.genomes[agent, network, neuron, teams.indices[trials]]
+    return np.asarray(teams.genomes[agent, network, neuron, teams.indices[trials]])
 
 
 def as_candidates(genomes: np.ndarray) -> np.ndarray:

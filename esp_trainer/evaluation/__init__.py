@@ -1,0 +1,1 @@
+"""Playing trials: compiled, or through PettingZoo's API."""

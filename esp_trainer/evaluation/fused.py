@@ -9,7 +9,7 @@ import numpy as np
 
 from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import Controller, EvolvedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import Controller, EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.lanes import LANES
 from predprey_env.policies import SCRIPTS
@@ -31,6 +31,11 @@ class FusedEvaluator:
         self.threads = threads or os.cpu_count() or 1
         self._pool = ThreadPoolExecutor(self.threads)
 
+    def compile(self) -> None:
+        """Get the kernel ready: from the cache in a moment, or by compiling it, which takes some 10 s."""
+        nobody = TrialBatch(ScriptedTeams("greedy_chase"), ScriptedTeams("flee_nearest"), np.zeros(self._shape(0, 1)))
+        self.evaluate(nobody)
+
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""
         return self._play(batch, n_traced=0)[0]
@@ -42,9 +47,12 @@ class FusedEvaluator:
         """
         return self._play(batch, n_traced=len(batch.starts))[1]
 
+    def _shape(self, n_trials: int, n_episodes: int) -> tuple[int, int, int, int]:
+        return n_trials, n_episodes, self.env.n_agents, 2
+
     def _play(self, batch: TrialBatch, n_traced: int) -> tuple[TrialResult, np.ndarray]:
         env, starts = self.env, np.require(batch.starts, np.int32, ["C", "W"])
-        if starts.shape[2:] != (env.n_agents, 2):
+        if starts.shape != self._shape(*starts.shape[:2]):
             raise ValueError(f"starts must have shape (trials, episodes, {env.n_agents}, 2), got {starts.shape}")
         n_trials, n_episodes = starts.shape[:2]
         predators = _side(batch.predators, (n_trials, env.n_predators), env.n_predator_actions)
@@ -56,7 +64,7 @@ class FusedEvaluator:
             trace=np.full((n_traced, n_episodes, env.max_cycles + 1, env.n_agents, 2), -1, np.int32),
         )
         n_blocks = -(-n_trials // LANES)
-        n_parts = min(n_blocks, 1 if self.threads == 1 else self.threads * _PARTS_PER_THREAD)
+        n_parts = 1 if self.threads == 1 else max(1, min(n_blocks, self.threads * _PARTS_PER_THREAD))
         bounds = np.linspace(0, n_blocks, n_parts + 1).astype(int).tolist()
 
         def play(first: int, last: int) -> None:

@@ -1,8 +1,8 @@
 """The fused kernel: sixteen trials side by side, from observation to fitness without leaving the kernel.
 
 Every lane plays its own trial, one episode after the other, and starts the next when one ends: a block is done when its
-slowest lane is. The rules, the view and the forward pass are the functions that the PettingZoo environment and the policy
-objects call.
+slowest lane is. The rules, the view and the forward pass are the functions that the PettingZoo environment and the
+policy objects call.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ class ReferenceEvaluator:
         self, policies: dict[Role, Policy], start: np.ndarray
     ) -> Iterator[tuple[dict[str, float], dict[str, dict[str, Any]]]]:
         """One episode, step by step: everybody's rewards and infos."""
-        observations, _ = self.env.reset(**self.starts.reset_arguments(start))  # type: ignore[attr-defined]
+        observations, _ = self.env.reset(**self.starts.reset_arguments(start))
         for policy in policies.values():
             policy.reset()
         while self.env.agents:
@@ -86,7 +86,7 @@ class ReferenceEvaluator:
 
     def _policy(self, role: Role, teams: Teams, trial: int) -> Policy:
         if isinstance(teams, ScriptedTeams):
-            n_actions = self.env.action_space(self.agents[role][0]).n  # type: ignore[attr-defined]
+            n_actions = self.env.action_space(self.agents[role][0]).n
             return ScriptedTeam(teams.script, int(n_actions))
         return team_of_trial(role, teams, trial)
 
@@ -98,7 +98,8 @@ def team_of_trial(role: Role, teams: EvolvedTeams, trial: int) -> Team:
 
 
 def predprey_reference(config: EnvConfig) -> ReferenceEvaluator:
-    """The reference for the predator-prey world. Its returns are fitnesses only where rewards are terminal and caught prey
-    stay, so those switches are set."""
+    """The reference for the predator-prey world. Its returns are fitnesses only where rewards are terminal and caught
+    prey stay, so those switches are set.
+    """
     world = config.replace(reward="terminal", captured_prey="inert")
     return ReferenceEvaluator(lambda: PredPreyEnv(world), CellStarts(world))

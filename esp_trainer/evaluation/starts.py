@@ -1,8 +1,8 @@
 """Where episodes start, and what of it decides them: parity.
 
-On an even torus every step changes the Manhattan distance between a predator and a prey that both move by an even number,
-so a predator at an odd distance never lands on the prey unless it idles once. Whoever compares teams must know how many
-predators started at an even distance.
+On an even torus every step changes the Manhattan distance between a predator and a prey that both move by an even
+number, so a predator at an odd distance never lands on the prey unless it idles once. Whoever compares teams must know
+how many predators started at an even distance.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class CellStarts:
         """Random starts, one a trial, that hold the parities in their true proportions.
 
         On an even torus the agents' parities relative to the first prey run through all patterns in turn: with three
-        predators, 0, 1, 2 and 3 of them are at an even distance from a prey in 1 : 3 : 3 : 1. On an odd torus going round
-        changes a parity, and the starts are plain random ones.
+        predators, 0, 1, 2 and 3 of them are at an even distance from a prey in 1 : 3 : 3 : 1. On an odd torus going
+        round changes a parity, and the starts are plain random ones.
         """
         config = self.config
         starts = draw_starts(generator, n_trials, config)

@@ -1,0 +1,1 @@
+"""A run on disk: the loop, its checkpoints, its champions."""

@@ -1,0 +1,111 @@
+"""``evaluate``, ``show`` and ``replay``: teams on the terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from esp_trainer.analysis.replay import replay as frames
+from esp_trainer.esp.team import Team
+from esp_trainer.evaluation.match import Player, check_fits, match
+from esp_trainer.files import DamagedFileError
+from esp_trainer.types import Policy, Role, ScriptedTeams
+from predprey_env.config import EnvConfig
+from predprey_env.policies import SCRIPTS, ScriptedTeam
+
+_ROLE_OF_SCRIPT: dict[str, Role] = {"greedy_chase": "predators", "flee_nearest": "prey"}
+
+
+def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
+    """Print how two teams do against each other."""
+    players, env = _pair(team, against)
+    captures = match(players["predators"], players["prey"], env, episodes, seed)
+    print(f"{captures.episodes} episodes from held-out starts (seed {seed}), 95% Wilson intervals")
+    print(f"  prey caught        {captures.caught}")
+    print(f"  all prey caught    {captures.predators_succeed}")
+    print(f"  no prey caught     {captures.prey_succeed}")
+    print(f"  length             {captures.steps:.1f} of {env.max_cycles} steps")
+    print(f"  fitness            predators {captures.predator_fitness:.2f}, prey {captures.prey_fitness:.2f}")
+    print("  prey caught, by how many predators started at an even distance from it:")
+    for even, rate in enumerate(captures.caught_by_even):
+        print(f"    {even}                {rate or 'no such start'}")
+    return 0
+
+
+def show(path: str) -> int:
+    """Print what a team is and where it came from."""
+    team = Team.load(path)
+    controller, origin = team.controller, team.provenance
+    print(f"{path}: {team.n_agents} {team.role}")
+    print(
+        f"  networks    {controller.n_networks} an agent ({team.side.controller}), "
+        f"{controller.n_inputs}-{controller.n_hidden}-{len(controller.blank)}, {team.side.output} outputs"
+    )
+    print(f"  genes       {team.genomes.size}, from {team.genomes.min():.2f} to {team.genomes.max():.2f}")
+    if "generation" in origin:
+        print(f"  from        {origin['preset']}, seed {origin['seed']}, generation {origin['generation']}")
+    if "env" in origin:
+        changed = EnvConfig.from_dict(origin["env"]).model_dump(exclude_defaults=True)
+        print(f"  world       {changed or 'the default one'}")
+    if "score" in origin:
+        print(f"  chosen by   {origin['method']}, mean fitness {origin['score']:.2f}")
+        caught: dict[str, Any] = origin["held_out"]["caught"]
+        print(
+            f"  held out    {caught['rate']:.3f} [{caught['low']:.3f}, {caught['high']:.3f}] of the prey caught, "
+            "against the other side's champion"
+        )
+    return 0
+
+
+def replay(team: str, against: str, seed: int, fps: float) -> int:
+    """Play one episode as text."""
+    players, env = _pair(team, against)
+    policies = {role: _policy(player, env) for role, player in players.items()}
+    moving = sys.stdout.isatty()
+    for frame in frames(policies["predators"], policies["prey"], env, seed):
+        print(("\x1b[H\x1b[2J" if moving else "") + frame, flush=True)
+        if moving:
+            time.sleep(1 / fps)
+    return 0
+
+
+def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
+    """Both players by role, and the world of the first that was evolved."""
+    players: dict[Role, Player] = {}
+    env: EnvConfig | None = None
+    for name in (team, against):
+        player = _load(name)
+        role: Role = player.role if isinstance(player, Team) else _ROLE_OF_SCRIPT[player.script]
+        if role in players:
+            raise ValueError(f"a match needs predators and prey, got two teams of {role}")
+        players[role] = player
+        if env is None and isinstance(player, Team):
+            env = _world(player, name)
+    if env is None:
+        raise ValueError("at least one of the teams must be an evolved one, got two scripts")
+    for role, player in players.items():
+        if isinstance(player, Team):
+            check_fits(player, role, env)
+    return players, env
+
+
+def _load(name: str) -> Player:
+    if name in SCRIPTS and not Path(name).exists():
+        return ScriptedTeams(name)
+    return Team.load(name)
+
+
+def _world(team: Team, name: str) -> EnvConfig:
+    try:
+        return EnvConfig.from_dict(team.provenance["env"])
+    except (KeyError, ValueError) as error:
+        raise DamagedFileError(f"{name} does not say which world it is for: {error}") from None
+
+
+def _policy(player: Player, env: EnvConfig) -> Policy:
+    if isinstance(player, Team):
+        return player
+    role = _ROLE_OF_SCRIPT[player.script]
+    return ScriptedTeam(player.script, env.n_predator_actions if role == "predators" else env.n_prey_actions)

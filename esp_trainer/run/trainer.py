@@ -1,0 +1,109 @@
+"""The loop: generation after generation, with everything on disk that another program or a resumed run needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from time import perf_counter
+from typing import Any
+
+from esp_trainer.coevolution.coevolution import Coevolution, Generation
+from esp_trainer.coevolution.sides import new_sides, side_config
+from esp_trainer.config import RunConfig
+from esp_trainer.esp.team import Team
+from esp_trainer.run.checkpoint import load_checkpoint, save_checkpoint
+from esp_trainer.run.directory import Log, RunDirectory
+from esp_trainer.types import Evaluator
+
+
+class Trainer:
+    """A run in a directory. :meth:`start` or :meth:`resume` it, then go through :meth:`generations`."""
+
+    def __init__(self, directory: RunDirectory, config: RunConfig, coevolution: Coevolution, done: int) -> None:
+        self.directory = directory
+        self.config = config
+        self.coevolution = coevolution
+        self.done = done
+        """Generations behind it."""
+        self._stopping = False
+
+    @classmethod
+    def start(cls, directory: RunDirectory, config: RunConfig, make: Callable[[RunConfig], Evaluator]) -> Trainer:
+        """A new run in an empty directory; ``make`` gives it its evaluator."""
+        directory.create(config)
+        return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0)
+
+    @classmethod
+    def resume(
+        cls, directory: RunDirectory, make: Callable[[RunConfig], Evaluator], generations: int | None = None
+    ) -> Trainer:
+        """The run of a directory from its last checkpoint, if need be to another number of generations."""
+        config = directory.read_config()
+        wanted = config.replace(generations=generations) if generations else config
+        sides, done = new_sides(config), 0
+        if directory.checkpoint_file.exists():
+            sides, done = load_checkpoint(directory.checkpoint_file, config)
+        if done > wanted.generations:
+            raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
+        directory.rewind(done)
+        if wanted != config:
+            directory.write_config(wanted)
+        return cls(directory, wanted, Coevolution(wanted, sides, make(wanted)), done)
+
+    def stop(self) -> None:
+        """End after the generation in hand, with a checkpoint."""
+        self._stopping = True
+
+    def generations(self) -> Iterator[Generation]:
+        """Run, and hand out each generation once it is on disk."""
+        metrics, timing = Log(self.directory.metrics_file), Log(self.directory.timing_file)
+        saved = self.done
+        try:
+            while self.done < self.config.generations and not self._stopping:
+                generation = self.coevolution.step(self.done)
+                begun = perf_counter()
+                self._save_champions(generation)
+                metrics.append(_record(generation))
+                self.done += 1
+                if self.done % self.config.checkpoint_every == 0:
+                    self._save_checkpoint(metrics)
+                    saved = self.done
+                seconds = {**generation.seconds, "files": perf_counter() - begun}
+                timing.append({"generation": generation.number, **{k: round(v, 6) for k, v in seconds.items()}})
+                yield generation
+            if saved < self.done:
+                self._save_checkpoint(metrics)
+        finally:
+            metrics.close()
+            timing.close()
+
+    def _save_checkpoint(self, metrics: Log) -> None:
+        metrics.sync()  # a checkpoint never knows more generations than the log
+        save_checkpoint(self.directory.checkpoint_file, self.config, self.coevolution.sides, self.done)
+
+    def _save_champions(self, generation: Generation) -> None:
+        config = self.config
+        for role, champion in generation.champions.items():
+            provenance = {
+                "preset": config.preset,
+                "seed": config.seed,
+                "generation": generation.number,
+                "env": config.env.model_dump(),
+                "method": config.champion.method,
+                "score": champion.score,
+                "held_out": generation.held_out.as_dict(),
+            }
+            team = Team(role, side_config(config, role), champion.controller, champion.genomes, provenance)
+            team.save(self.directory.champion_file(role, generation.number))
+
+
+def _record(generation: Generation) -> dict[str, Any]:
+    """A line of ``metrics.jsonl``."""
+    return {
+        "generation": generation.number,
+        "trials": {
+            role: {"mean": float(t.fitness.mean()), "best": float(t.fitness.mean(axis=1).max()), "caught": t.caught}
+            for role, t in generation.trials.items()
+        },
+        "champions": {role: champion.score for role, champion in generation.champions.items()},
+        "held_out": generation.held_out.as_dict(),
+    }
