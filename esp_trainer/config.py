@@ -82,13 +82,8 @@ class EspConfig(Settings):
     @model_validator(mode="after")
     def _breeds(self) -> EspConfig:
         if self.n_elite < 1:
-            raise ValueError(
-               
-               
-               
-                f"elite_share must select a neuron of subpopulation_size={self.subpopulation_size}, got
-                {self.elite_share}"
-            )
+            size = self.subpopulation_size
+            raise ValueError(f"elite_share must select a neuron of {size}, got {self.elite_share}")
         if self.hof_mates > self.n_elite:
             raise ValueError(f"hof_mates must be at most the {self.n_elite} breeding pairs, got {self.hof_mates}")
         return self

@@ -7,8 +7,6 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from predprey_env.policies import Script
-
 Role: TypeAlias = Literal["predators", "prey"]
 ROLES: tuple[Role, Role] = ("predators", "prey")
 
@@ -66,7 +64,7 @@ class EvolvedTeams:
 class ScriptedTeams:
     """The same scripted policy for one side in all trials."""
 
-    script: Script
+    script: str
 
 
 Teams: TypeAlias = EvolvedTeams | ScriptedTeams

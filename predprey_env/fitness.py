@@ -55,7 +55,7 @@ def closeness(world: World, first: int, last: int, rules: Rules) -> float:
 def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float:
     """25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught."""
     n = rules.n_prey
-    caught = n - count_alive(world, rules)
+    caught: int = n - count_alive(world, rules)
     if caught == n:
         return BEST
     return 20.0 * caught / n + 2.0 * caught + 20.0 * closeness(world, first, last, rules) / n

@@ -115,7 +115,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
         self._steps = 0
         self.agents = self.possible_agents[:]
-        observations = self._look(moves=False)
+        observations = self._look(self._world, moves=False)
         if self.render_mode == "human":
             self.render()
         return observations, self._infos(self.agents)
@@ -131,7 +131,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         acting, free, before = self.agents, self._alive, self._fitness
         self._read(actions, free)
         self._steps += 1
-        observations = self._look(moves=True)
+        observations = self._look(self._world, moves=True)
 
         caught_all = not any(self._alive)
         at_limit = self._steps >= self._rules.max_cycles and not caught_all
@@ -206,11 +206,11 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             chosen[i] = action
         self._actions[:] = chosen
 
-    def _look(self, *, moves: bool) -> dict[str, Observation]:
+    def _look(self, world: World, *, moves: bool) -> dict[str, Observation]:
         """Advance the world, keep what the step needs to know of it, and give each acting agent its view."""
         seen = np.empty(self._n_seen, np.float32)
-        _advance(self._world, self._actions, moves, self._steps, self._rules, seen, self._scores)
-        self._alive: list[int] = self._world.alive.tolist()
+        _advance(world, self._actions, moves, self._steps, self._rules, seen, self._scores)
+        self._alive: list[int] = world.alive.tolist()
         self._fitness: list[float] = self._scores.tolist()
         return {agent: seen[self._slices[i]] for agent, i in self._rows(self.agents)}
 

@@ -5,7 +5,7 @@ The choices are compiled rules over values, so that they play in one world or in
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from predprey_env.compilation import entry_point, rule
 from predprey_env.lanes import load, where
 from predprey_env.torus import magnitude, manhattan
 
-Script = Literal["greedy_chase", "flee_nearest"]
 SCRIPTS: dict[str, int] = {"greedy_chase": 1, "flee_nearest": 2}
 """Names of the scripted policies, and their numbers in compiled code."""
 
@@ -75,7 +74,7 @@ class ScriptedTeam:
     Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``.
     """
 
-    def __init__(self, script: Script, n_actions: int) -> None:
+    def __init__(self, script: str, n_actions: int) -> None:
         if script not in SCRIPTS:
             raise ValueError(f"script must be one of {', '.join(SCRIPTS)}, got {script!r}")
         self.script = script

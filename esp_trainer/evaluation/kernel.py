@@ -179,22 +179,45 @@ def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome
     outcome.steps[trial, episode] = steps
 
 
+@rule
+def _load_block(
+    predators: Side, prey: Side, starts: Any, first_trial: int, active: int, outcome: Outcome, memory: Memory
+) -> None:
+    """Lay out the teams of a block's trials, and put every lane to its first start."""
+    _gather(predators, first_trial, active, memory.predator_weights)
+    _gather(prey, first_trial, active, memory.prey_weights)
+    for lane in range(LANES):
+        memory.episode[lane] = 0
+        _begin(memory, lane, starts, first_trial + (lane if lane < active else 0), outcome)
+        if lane >= active:
+            _park(memory, lane)
+
+
+@rule
+def _end_episodes(memory: Memory, starts: Any, first_trial: int, active: int, rules: Rules, outcome: Outcome) -> int:
+    """Score the lanes whose episode is over, and start their next; returns how many have none left."""
+    finished = 0
+    for lane in range(active):
+        if _over(memory, lane, rules):
+            _score(memory, lane, first_trial + lane, rules, outcome)
+            memory.episode[lane] += 1
+            if memory.episode[lane] < starts.shape[1]:
+                _begin(memory, lane, starts, first_trial + lane, outcome)
+            else:
+                _park(memory, lane)
+                finished += 1
+    return finished
+
+
 @entry_point
 def play_blocks(
     rules: Rules, predators: Side, prey: Side, starts: Any, first: int, last: int, outcome: Outcome, memory: Memory
 ) -> None:
     """Play the trials of blocks ``first`` to ``last - 1``, each of ``LANES`` trials."""
-    n_trials, n_episodes = starts.shape[:2]
     for block in range(first, last):
         first_trial = block * LANES
-        active = min(LANES, n_trials - first_trial)
-        _gather(predators, first_trial, active, memory.predator_weights)
-        _gather(prey, first_trial, active, memory.prey_weights)
-        for lane in range(LANES):
-            memory.episode[lane] = 0
-            _begin(memory, lane, starts, first_trial + (lane if lane < active else 0), outcome)
-            if lane >= active:
-                _park(memory, lane)
+        active = min(LANES, len(starts) - first_trial)
+        _load_block(predators, prey, starts, first_trial, active, outcome, memory)
         unfinished = active
         while unfinished > 0:
             _move(memory, predators, prey, rules)
@@ -203,14 +226,5 @@ def play_blocks(
                     if memory.clock[0, lane] > 0:
                         _record(memory, lane, first_trial + lane, outcome)
             ended = (count_alive(memory.world, rules) == 0) | (load(memory.clock, 0) >= rules.max_cycles)
-            if not any_of(ended):
-                continue
-            for lane in range(active):
-                if _over(memory, lane, rules):
-                    _score(memory, lane, first_trial + lane, rules, outcome)
-                    memory.episode[lane] += 1
-                    if memory.episode[lane] < n_episodes:
-                        _begin(memory, lane, starts, first_trial + lane, outcome)
-                    else:
-                        _park(memory, lane)
-                        unfinished -= 1
+            if any_of(ended):
+                unfinished -= _end_episodes(memory, starts, first_trial, active, rules, outcome)
