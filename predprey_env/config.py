@@ -44,7 +44,7 @@ class EnvConfig(Settings):
     """Time limit of an episode, in steps."""
 
     move_order: Literal["simultaneous", "prey_first"] = "simultaneous"
-    """Who moves when, once all have chosen: all at once, or the prey and then the predators."""
+    """Who moves when: all at once; or in turns, where the prey move and the predators see it before they choose."""
 
     swap_captures: bool = False
     """Whether a predator and a prey that trade places in one simultaneous step count as a capture."""

@@ -85,20 +85,25 @@ def capture_swaps(world: World, actions: Any, rules: Rules) -> None:
 
 @rule
 def step(world: World, actions: Any, rules: Rules) -> None:
-    """One time step: int32 ``actions`` of shape ``(n_agents,)``; those of caught prey are ignored.
+    """One time step in which all move at once: int32 ``actions`` of shape ``(n_agents,)``, of caught prey ignored."""
+    if rules.swap_captures:
+        capture_swaps(world, actions, rules)
+    move_prey(world, actions, rules)
+    move_predators(world, actions, rules)
+    capture(world, rules)
 
-    Everybody chooses on the same view of the world. By default all move at once and captures are looked for after the
-    move. With ``prey_first`` the prey move, then the predators, and captures are looked for after each.
-    """
-    if rules.prey_first:
-        move_prey(world, actions, rules)
-        capture(world, rules)
-        move_predators(world, actions, rules)
-    else:
-        if rules.swap_captures:
-            capture_swaps(world, actions, rules)
-        move_prey(world, actions, rules)
-        move_predators(world, actions, rules)
+
+@rule
+def prey_turn(world: World, actions: Any, rules: Rules) -> None:
+    """The first half of a time step in which the prey move first; the predators see it before they choose."""
+    move_prey(world, actions, rules)
+    capture(world, rules)
+
+
+@rule
+def predators_turn(world: World, actions: Any, rules: Rules) -> None:
+    """The second half of such a time step."""
+    move_predators(world, actions, rules)
     capture(world, rules)
 
 

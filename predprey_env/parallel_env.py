@@ -12,7 +12,7 @@ from pettingzoo import ParallelEnv
 
 from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import World, draw_starts, step
+from predprey_env.dynamics import World, draw_starts, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
 from predprey_env.rendering import picture, text
@@ -23,11 +23,19 @@ Observation = np.ndarray
 Info = dict[str, float]
 
 
+# Whose turn a call of step() is.
+NOBODY, EVERYBODY, PREY, PREDATORS = range(4)
+
+
 @entry_point
-def _advance(world: World, actions: Any, moves: bool, steps: int, rules: Rules, seen: Any, scores: Any) -> None:
-    """Play a step (or none, after a reset), then look: observations and fitness."""
-    if moves:
+def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, seen: Any, scores: Any) -> None:
+    """Play a turn, then look: observations and fitness."""
+    if turn == EVERYBODY:
         step(world, actions, rules)
+    elif turn == PREY:
+        prey_turn(world, actions, rules)
+    elif turn == PREDATORS:
+        predators_turn(world, actions, rules)
     row = 0
     for agent in range(rules.n_predators + rules.n_prey):
         row = observe(world, agent, rules, seen, row)
@@ -114,8 +122,9 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         places = draw_starts(self.np_random, 1, self.config)[0] if starts is None else self._checked(starts)
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
         self._steps = 0
+        self._turn = PREY if self._rules.prey_first else EVERYBODY
         self.agents = self.possible_agents[:]
-        observations = self._look(self._world, moves=False)
+        observations = self._look(self._world, NOBODY)
         if self.render_mode == "human":
             self.render()
         return observations, self._infos(self.agents)
@@ -123,18 +132,24 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
     def step(
         self, actions: dict[str, int]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
-        """Play one step. Actions of caught or absent agents are ignored; after the end, five empty dictionaries."""
+        """Play one step, or half of one where teams move in turns.
+
+        Actions of agents that are caught, absent or not in turn are ignored. After the end: five empty dictionaries.
+        """
         if self._world is None:
             raise RuntimeError("reset() must be called before step()")
         if not self.agents:
             return {}, {}, {}, {}, {}
         acting, free, before = self.agents, self._alive, self._fitness
+        turn = self._turn
         self._read(actions, free)
-        self._steps += 1
-        observations = self._look(self._world, moves=True)
+        self._steps += turn != PREDATORS
+        observations = self._look(self._world, turn)
+        if turn != EVERYBODY:
+            self._turn = PREDATORS if turn == PREY else PREY
 
-        caught_all = not any(self._alive)
-        at_limit = self._steps >= self._rules.max_cycles and not caught_all
+        caught_all = turn != PREY and not any(self._alive)
+        at_limit = turn != PREY and self._steps >= self._rules.max_cycles and not caught_all
         terminations = dict.fromkeys(acting, caught_all)
         if self.config.captured_prey == "removed" and self._alive != free:
             terminations.update({agent: True for agent in acting if self._captured(agent)})
@@ -157,7 +172,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """
         if self._world is None:
             raise RuntimeError("reset() must be called before state()")
-        passed = [self._steps / self._rules.max_cycles]
+        passed = [(self._steps - 0.5 * (self._turn == PREDATORS)) / self._rules.max_cycles]
         return np.concatenate([*self._world, passed], dtype=np.float32)
 
     def render(self) -> str | np.ndarray | None:
@@ -193,7 +208,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         chosen = self._actions.tolist()
         for agent, i in self._rows(self.agents):
             prey = i - self.config.n_predators
-            if prey >= 0 and not free[prey]:
+            if self._turn == (PREDATORS if prey >= 0 else PREY) or (prey >= 0 and not free[prey]):
                 continue
             try:
                 action = index(actions[agent])
@@ -206,10 +221,10 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             chosen[i] = action
         self._actions[:] = chosen
 
-    def _look(self, world: World, *, moves: bool) -> dict[str, Observation]:
-        """Advance the world, keep what the step needs to know of it, and give each acting agent its view."""
+    def _look(self, world: World, turn: int) -> dict[str, Observation]:
+        """Play a turn, keep what the step needs to know of it, and give each acting agent its view."""
         seen = np.empty(self._n_seen, np.float32)
-        _advance(world, self._actions, moves, self._steps, self._rules, seen, self._scores)
+        _advance(world, self._actions, turn, self._steps, self._rules, seen, self._scores)
         self._alive: list[int] = world.alive.tolist()
         self._fitness: list[float] = self._scores.tolist()
         return {agent: seen[self._slices[i]] for agent, i in self._rows(self.agents)}
@@ -222,8 +237,13 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         return int(prey >= 0 and not self._alive[prey])
 
     def _infos(self, agents: list[str]) -> dict[str, Info]:
-        n_captured = self._alive.count(0)
+        n_captured, steps = self._alive.count(0), self._steps
         return {
-            agent: {"captured": self._captured(agent), "n_captured": n_captured, "fitness": self._fitness[i]}
+            agent: {
+                "captured": self._captured(agent),
+                "n_captured": n_captured,
+                "fitness": self._fitness[i],
+                "steps": steps,
+            }
             for agent, i in self._rows(agents)
         }

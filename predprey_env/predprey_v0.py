@@ -17,7 +17,10 @@ close four exits at once, prey that foresee them escape.
 **Observation.** For each opponent in order: its offset along x and along y, opponent minus self, the shortest way
 round the torus, in cells, float32. The offset to and from a caught prey is (0, 0).
 
-**Actions.** 0 east, 1 west, 2 north, 3 south, and for predators 4 idle. All agents move at once.
+**Actions.** 0 east, 1 west, 2 north, 3 south, and for predators 4 idle. All agents move at once. With
+``move_order="prey_first"`` each call of ``step`` is half a time step: first the prey's turn, then that of the predators, who
+have seen where the prey went; actions of the team that is not in turn are ignored, and time and the end are counted in
+whole steps.
 
 **Capture.** A prey is caught when a predator is in its cell after the move. A caught prey stays in ``agents``, does
 nothing and has its actions ignored (``captured_prey="inert"``), or terminates and leaves, its last reward being the
@@ -35,7 +38,8 @@ sets them.
 **End.** All prey caught: terminated. ``max_cycles`` steps: truncated. After that ``step`` returns five empty
 dictionaries.
 
-**Info.** For each agent ``captured`` (0 or 1), ``n_captured`` and ``fitness``, the fitness if the episode ended now.
+**Info.** For each agent ``captured`` (0 or 1), ``n_captured``, ``fitness``, the fitness if the episode
+ended now, and ``steps``, the time steps begun.
 
 The parameters are those of :class:`predprey_env.EnvConfig` and ``render_mode`` (``"human"``, ``"ansi"``,
 ``"rgb_array"``).

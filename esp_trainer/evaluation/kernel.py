@@ -15,7 +15,7 @@ from esp_trainer.esp.network import decide
 from esp_trainer.types import Controller
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import Rules
-from predprey_env.dynamics import World, count_alive, step
+from predprey_env.dynamics import World, count_alive, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
 from predprey_env.lanes import LANES, any_of, load, store
 from predprey_env.observation import observe
@@ -142,17 +142,33 @@ def _choose(side: Side, weights: Any, agent: int, n_opponents: int, memory: Memo
 
 
 @rule
-def _move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
-    """Every agent looks and chooses; then the world takes its step."""
+def _predators_choose(memory: Memory, side: Side, rules: Rules) -> None:
+    """Every predator looks and chooses."""
     for agent in range(rules.n_predators):
         observe(memory.world, agent, rules, memory.seen, 0)
-        action = _choose(predators, memory.predator_weights, agent, rules.n_prey, memory)
-        store(memory.actions, agent, action)
+        store(memory.actions, agent, _choose(side, memory.predator_weights, agent, rules.n_prey, memory))
+
+
+@rule
+def _prey_choose(memory: Memory, side: Side, rules: Rules) -> None:
+    """Every prey looks and chooses."""
     for agent in range(rules.n_prey):
         observe(memory.world, rules.n_predators + agent, rules, memory.seen, 0)
-        action = _choose(prey, memory.prey_weights, agent, rules.n_predators, memory)
+        action = _choose(side, memory.prey_weights, agent, rules.n_predators, memory)
         store(memory.actions, rules.n_predators + agent, action)
-    step(memory.world, memory.actions, rules)
+
+
+@rule
+def _move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
+    """One time step: all choose on the same view, or the prey move before the predators look."""
+    _prey_choose(memory, prey, rules)
+    if rules.prey_first:
+        prey_turn(memory.world, memory.actions, rules)
+    _predators_choose(memory, predators, rules)
+    if rules.prey_first:
+        predators_turn(memory.world, memory.actions, rules)
+    else:
+        step(memory.world, memory.actions, rules)
     store(memory.clock, 0, load(memory.clock, 0) + 1)
 
 

@@ -63,11 +63,12 @@ class ReferenceEvaluator:
         for trial in range(n_trials):
             policies = {role: self._policy(role, getattr(batch, role), trial) for role in ROLES}
             for episode in range(n_episodes):
-                for rewards, infos in self.play(policies, batch.starts[trial, episode]):
+                for call, (rewards, infos) in enumerate(self.play(policies, batch.starts[trial, episode]), start=1):
                     result.fitness[trial, episode] += [rewards.get(agent, 0.0) for agent in everybody]
                     caught = [infos.get(agent, {}).get("captured", 0) for agent in self.agents["prey"]]
                     result.captured[trial, episode] |= np.array(caught, bool)
-                    result.steps[trial, episode] += 1
+                    steps = [info["steps"] for info in infos.values() if "steps" in info]
+                    result.steps[trial, episode] = max(steps, default=call)
         return result
 
     def play(
