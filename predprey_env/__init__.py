@@ -1,8 +1,14 @@
 """Predators and prey on a toroid, as a PettingZoo environment."""
 
+import pettingzoo
+
 from predprey_env.config import EnvConfig
 from predprey_env.parallel_env import PredPreyEnv
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
 
 __all__ = ["EnvConfig", "PredPreyEnv", "env", "parallel_env", "raw_env"]
 __version__ = "0.1.0"
+
+if hasattr(pettingzoo, "register"):  # from PettingZoo 1.27 on
+    pettingzoo.register("parallel", "predprey-v0", "predprey_env.predprey_v0:parallel_env")
+    pettingzoo.register("aec", "predprey-v0", "predprey_env.predprey_v0:env")

@@ -53,7 +53,7 @@ class EnvConfig(Settings):
     """What becomes of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves."""
 
     start_collisions: Literal["redraw", "allow"] = "redraw"
-    """What becomes of a random start in which a predator shares a prey's cell."""
+    """What becomes of a prey whose random start is a predator's cell."""
 
     predator_idle: bool = True
     """Whether predators have the fifth action, to stand still."""
@@ -75,6 +75,8 @@ class EnvConfig(Settings):
     def _fits(self) -> EnvConfig:
         if self.n_agents > self.size**2:
             raise ValueError(f"{self.n_agents} agents need at least as many cells, got size={self.size}")
+        if 2 * self.n_predators > self.size**2:
+            raise ValueError(f"{self.n_predators} predators need twice as many cells, got size={self.size}")
         return self
 
     @property

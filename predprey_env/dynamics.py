@@ -119,17 +119,26 @@ def count_alive(world: World, rules: Rules) -> Any:
 def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
     """Uniform random starts: int32 ``(n_starts, n_agents, 2)``, columns and rows in cells, predators first.
 
-    Where ``start_collisions`` says so, a start in which a predator shares a prey's cell is drawn again.
+    Where ``start_collisions`` says so, a prey in whose cell a predator is is drawn again.
     """
     shape = (config.n_agents, 2)
     starts = generator.integers(0, config.size, size=(n_starts, *shape), dtype=np.int32)
     if config.start_collisions == "redraw":
-        while len(bad := np.flatnonzero(_collides(starts, config.n_predators))):
-            starts[bad] = generator.integers(0, config.size, size=(len(bad), *shape), dtype=np.int32)
+        redraw_collisions(generator, starts, config)
     return starts
 
 
-def _collides(starts: np.ndarray, n_predators: int) -> np.ndarray:
-    predators, prey = starts[:, :n_predators, None], starts[:, None, n_predators:]
-    same = (predators == prey).all(axis=-1).any(axis=(1, 2))
-    return np.asarray(same)
+def redraw_collisions(generator: np.random.Generator, starts: np.ndarray, config: EnvConfig) -> bool:
+    """Give every prey that starts in a predator's cell another one, in place; says whether there was any."""
+    prey = starts[:, config.n_predators :]
+    found = False
+    while (bad := on_a_predator(starts, config.n_predators)).any():
+        prey[bad] = generator.integers(0, config.size, size=(int(bad.sum()), 2), dtype=np.int32)
+        found = True
+    return found
+
+
+def on_a_predator(starts: np.ndarray, n_predators: int) -> np.ndarray:
+    """Which prey start in a predator's cell: bool ``(n_starts, n_prey)``."""
+    same = (starts[:, :n_predators, None] == starts[:, None, n_predators:]).all(axis=-1)
+    return np.asarray(same.any(axis=1))

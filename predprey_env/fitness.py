@@ -53,7 +53,10 @@ def closeness(world: World, first: int, last: int, rules: Rules) -> float:
 
 @rule
 def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float:
-    """25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught."""
+    """25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught.
+
+    The paper's formula, for its two prey: for four and more it pays over 25 when one is left.
+    """
     n = rules.n_prey
     caught: int = n - count_alive(world, rules)
     if caught == n:

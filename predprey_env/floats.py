@@ -33,7 +33,14 @@ def _constant(kind: Any, number: int) -> Any:
 
 def fma(a: Any, b: Any, c: Any) -> Any:
     """``a * b + c`` of 32-bit floats, rounded once."""
-    return np.float32(np.float64(a) * np.float64(b) + np.float64(c))
+    product, term = np.float64(a) * np.float64(b), np.float64(c)  # the product is exact
+    total = product + term
+    rest = total - product
+    error = (product - (total - rest)) + (term - rest)
+    if error and not np.float64(total).view(np.int64) & 1:
+        # Rounded to odd, the double keeps on which side of a tie between two floats the exact sum is.
+        total = np.nextafter(total, np.inf if error > 0 else -np.inf)
+    return np.float32(total)
 
 
 @intrinsic

@@ -4,9 +4,10 @@ Every compiled rule of this project is written over *values*. A value is one num
 side in vector registers, one for each of ``LANES`` worlds that are played together. Numba compiles the same source for
 either, so the fast path of the trainer and the PettingZoo environment cannot drift apart.
 
-What a rule may use: ``+ - * /``, comparisons, ``&`` and ``|`` on masks, and the functions of this module. A rule never
-branches on a value (lanes would have to part ways); it selects with :func:`where`. Values live in arrays whose *rows*
-are values: shape ``(rows,)`` for one world, ``(rows, LANES)`` for a block of worlds.
+What a rule may use: ``+ - *`` and, on floats, ``/``, comparisons, ``&`` and ``|`` on masks, and the functions of this
+module. A rule never branches on a value (lanes would have to part ways); it selects with :func:`where`. Its constants
+are integers or ``np.float32``, so that one number is not computed in higher precision than sixteen. Values live in
+arrays whose *rows* are values: C-contiguous, of shape ``(rows,)`` for one world, ``(rows, LANES)`` for a block of worlds.
 
 The vectors are explicit LLVM vectors rather than loops that a compiler may or may not vectorise: compilation is short,
 the speed does not hang on an optimiser's mood, and as each operation is an IEEE one (nothing is reassociated, and
@@ -87,9 +88,13 @@ def _arithmetic(of_floats: str, of_integers: str) -> Callable[..., Any]:
 
 
 def _comparison(symbol: str) -> Callable[..., Any]:
-    return lambda builder, lanes, a, b: (
-        builder.fcmp_ordered(symbol, a, b) if lanes is FLOATS else builder.icmp_signed(symbol, a, b)
-    )
+    def emit(builder: Any, lanes: Lanes, a: Any, b: Any) -> Any:
+        if lanes is not FLOATS:
+            return builder.icmp_signed(symbol, a, b)
+        # NaN is unequal to everything, and nothing else
+        return (builder.fcmp_unordered if symbol == "!=" else builder.fcmp_ordered)(symbol, a, b)
+
+    return emit
 
 
 _define_operator(operator.add, _arithmetic("fadd", "add"), gives_mask=False)
@@ -115,7 +120,10 @@ def where(mask: Any, a: Any, b: Any) -> Any:
 @intrinsic
 def _select(_context, mask, a, b):
     known = a if isinstance(a, Lanes) else b
-    lanes = known if isinstance(known, Lanes) else (_INTEGERS if isinstance(a, types.Integer) else FLOATS)
+    if isinstance(known, Lanes):
+        lanes = known
+    else:
+        lanes = _INTEGERS if isinstance(a, types.Integer) and isinstance(b, types.Integer) else FLOATS
 
     def codegen(context, builder, signature, arguments):
         pair = zip(signature.args[1:], arguments[1:], strict=True)
@@ -191,6 +199,8 @@ def _store_lanes(_context, array, row, value):
 
 @overload(load)
 def _load(array, row):
+    if array.layout != "C":
+        return None
     if array.ndim == 2:
         return lambda array, row: _load_lanes(array, row)
     return lambda array, row: array[row]
@@ -198,6 +208,8 @@ def _load(array, row):
 
 @overload(store)
 def _store(array, row, value):
+    if array.layout != "C":
+        return None
     if array.ndim == 2:
         return lambda array, row, value: _store_lanes(array, row, value)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from operator import index
 from typing import Any, ClassVar
 
@@ -116,10 +117,11 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
         """Start an episode from random places, or from ``options={"starts": (n_agents, 2) cells}``."""
+        starts = (options or {}).get("starts")
+        given = None if starts is None else self._checked(starts)
         if seed is not None:
             self._generator, _ = seeding.np_random(seed)
-        starts = (options or {}).get("starts")
-        places = draw_starts(self.np_random, 1, self.config)[0] if starts is None else self._checked(starts)
+        places = draw_starts(self.np_random, 1, self.config)[0] if given is None else given
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
         self._steps = 0
         self._turn = PREY if self._rules.prey_first else EVERYBODY
@@ -194,7 +196,11 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
 
     def _checked(self, starts: Any) -> np.ndarray:
         """Given starts as int32 ``(n_agents, 2)``, or :class:`ValueError`."""
-        places, expected = np.asarray(starts), (self.config.n_agents, 2)
+        expected = (self.config.n_agents, 2)
+        try:
+            places = np.asarray(starts)
+        except ValueError:
+            raise ValueError(f"starts must be integers of shape {expected}, got rows of unequal length") from None
         if places.shape != expected or not np.issubdtype(places.dtype, np.integer):
             raise ValueError(f"starts must be integers of shape {expected}, got {places.dtype} of shape {places.shape}")
         if places.min() < 0 or places.max() >= self.config.size:
@@ -205,6 +211,8 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """Take the actions of the agents that can act into the array, or :class:`ValueError` with the world
         untouched.
         """
+        if not isinstance(actions, Mapping):
+            raise ValueError(f"actions must be a mapping from agents to actions, got {actions!r}")
         chosen = self._actions.tolist()
         for agent, i in self._rows(self.agents):
             prey = i - self.config.n_predators
@@ -213,7 +221,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             try:
                 action = index(actions[agent])
             except KeyError:
-                raise ValueError(f"an action for {agent} is missing; got actions for {sorted(actions)}") from None
+                raise ValueError(f"an action for {agent} is missing; got actions for {list(actions)}") from None
             except TypeError:
                 raise ValueError(f"the action of {agent} must be an integer, got {actions[agent]!r}") from None
             if not 0 <= action < self._n_actions[i]:

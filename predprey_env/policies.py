@@ -5,7 +5,7 @@ The choices are compiled rules over values, so that they play in one world or in
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from predprey_env.torus import magnitude, manhattan
 
 SCRIPTS: dict[str, int] = {"greedy_chase": 1, "flee_nearest": 2}
 """Names of the scripted policies, and their numbers in compiled code."""
+
+ROLES: dict[str, Literal["predators", "prey"]] = {"greedy_chase": "predators", "flee_nearest": "prey"}
+"""Which team each can play."""
 
 GREEDY_CHASE = SCRIPTS["greedy_chase"]
 _FAR = 1 << 20
@@ -84,6 +87,10 @@ class ScriptedTeam:
         """Nothing to forget, and nothing random."""
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent that has an observation."""
-        number = SCRIPTS[self.script]
-        return {agent: int(_act(number, seen, len(seen) // 2, self.n_actions)) for agent, seen in observations.items()}
+        """An action for each agent that has an observation; the other team's are passed over."""
+        number, other = SCRIPTS[self.script], "predator_" if ROLES[self.script] == "prey" else "prey_"
+        return {
+            agent: int(_act(number, seen, len(seen) // 2, self.n_actions))
+            for agent, seen in observations.items()
+            if not agent.startswith(other)
+        }

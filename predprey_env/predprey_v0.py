@@ -18,9 +18,9 @@ close four exits at once, prey that foresee them escape.
 round the torus, in cells, float32. The offset to and from a caught prey is (0, 0).
 
 **Actions.** 0 east, 1 west, 2 north, 3 south, and for predators 4 idle. All agents move at once. With
-``move_order="prey_first"`` each call of ``step`` is half a time step: first the prey's turn, then that of the predators, who
-have seen where the prey went; actions of the team that is not in turn are ignored, and time and the end are counted in
-whole steps.
+``move_order="prey_first"`` each call of ``step`` is half a time step: first the prey's turn, then the predators',
+by then aware of where the prey went. Actions of the team that is not in turn are ignored; time and the end are counted
+in whole steps.
 
 **Capture.** A prey is caught when a predator is in its cell after the move. A caught prey stays in ``agents``, does
 nothing and has its actions ignored (``captured_prey="inert"``), or terminates and leaves, its last reward being the

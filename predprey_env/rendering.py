@@ -10,7 +10,9 @@ from predprey_env.dynamics import World
 PAPER, INK, PREDATOR, PREY = (250, 250, 247), (190, 190, 186), (213, 94, 0), (0, 114, 178)
 """Background, a caught prey, and the two teams in colours that the colour-blind tell apart (Okabe & Ito 2008)."""
 
-_LARGEST_TEXT = (50, 25)  # columns and lines of a text frame; larger worlds are drawn smaller
+# Larger worlds are drawn smaller.
+_LARGEST_TEXT = (50, 25)  # columns, lines
+_PICTURE = 400  # pixels
 
 
 def text(world: World, config: EnvConfig, steps: int) -> str:
@@ -22,10 +24,9 @@ def text(world: World, config: EnvConfig, steps: int) -> str:
     for agent in reversed(range(config.n_agents)):
         cells[line[agent], column[agent]] = _symbol(world, config, agent)
     caught = config.n_prey - int(world.alive.sum())
-    title = f" step {steps}/{config.max_cycles} · caught {caught}/{config.n_prey} "
-    edge = "─" * max(0, columns - len(title) - 1)
     body = "\n".join(f"│{''.join(row)}│" for row in cells)
-    return f"┌─{title}{edge}┐\n{body}\n└{'─' * columns}┘"
+    edge = "─" * columns
+    return f"step {steps}/{config.max_cycles}, caught {caught}/{config.n_prey}\n┌{edge}┐\n{body}\n└{edge}┘"
 
 
 def _symbol(world: World, config: EnvConfig, agent: int) -> str:
@@ -37,8 +38,8 @@ def _symbol(world: World, config: EnvConfig, agent: int) -> str:
 
 def picture(world: World, config: EnvConfig) -> np.ndarray:
     """An RGB frame, uint8 ``(height, width, 3)``: predators round, prey square, caught prey grey; north is up."""
-    scale = max(1, 400 // config.size)
-    side = scale * config.size
+    side = config.size * max(1, _PICTURE // config.size) if config.size <= _PICTURE else _PICTURE
+    scale = side / config.size
     frame = np.full((side, side, 3), PAPER, np.uint8)
     radius = max(2.0, side / 65, scale / 2)
     pixels = np.arange(side) + 0.5

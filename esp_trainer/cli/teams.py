@@ -13,9 +13,8 @@ from esp_trainer.evaluation.match import Player, check_fits, match
 from esp_trainer.files import DamagedFileError
 from esp_trainer.types import Policy, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
+from predprey_env.policies import ROLES as SCRIPT_ROLES
 from predprey_env.policies import SCRIPTS, ScriptedTeam
-
-_ROLE_OF_SCRIPT: dict[str, Role] = {"greedy_chase": "predators", "flee_nearest": "prey"}
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
@@ -77,7 +76,7 @@ def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
     env: EnvConfig | None = None
     for name in (team, against):
         player = _load(name)
-        role: Role = player.role if isinstance(player, Team) else _ROLE_OF_SCRIPT[player.script]
+        role: Role = player.role if isinstance(player, Team) else SCRIPT_ROLES[player.script]
         if role in players:
             raise ValueError(f"a match needs predators and prey, got two teams of {role}")
         players[role] = player
@@ -107,5 +106,5 @@ def _world(team: Team, name: str) -> EnvConfig:
 def _policy(player: Player, env: EnvConfig) -> Policy:
     if isinstance(player, Team):
         return player
-    role = _ROLE_OF_SCRIPT[player.script]
+    role = SCRIPT_ROLES[player.script]
     return ScriptedTeam(player.script, env.n_predator_actions if role == "predators" else env.n_prey_actions)

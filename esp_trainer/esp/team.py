@@ -37,6 +37,8 @@ class Team:
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Where it came from, as JSON values: preset, seed, generation, the world, how it was chosen and scored."""
+    n_seen: int | None = None
+    """Length of the observations that it was evolved on; None for any that hold what its networks read."""
 
     def __post_init__(self) -> None:
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
@@ -53,25 +55,27 @@ class Team:
         """Nothing to forget, and nothing random."""
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent that has an observation, float32 ``(n,)`` with the inputs that the team was wired
-        for.
-        """
-        controller = self.controller
+        """An action for each agent that has an observation, float32 ``(n_seen,)``; the other team's are passed over."""
+        controller, other = self.controller, "predator_" if self.role == "prey" else "prey_"
         weights = np.ascontiguousarray(self.genomes, np.float32).ravel()
         inputs, votes = np.empty(controller.n_inputs + 1, np.float32), np.empty(len(controller.blank), np.float32)
         actions = {}
         for agent, seen in observations.items():
+            if agent.startswith(other):
+                continue
             row = int(agent.rpartition("_")[2])
-            if row >= self.n_agents:
-                raise ValueError(f"{agent} is not in this team of {self.n_agents} {self.role}")
-            if len(seen) <= controller.wiring.max():
-                expected = controller.wiring.max() + 1
-                raise ValueError(
-                    f"{agent} must observe at least {expected} numbers for these networks, got {len(seen)}"
-                )
+            self._check(agent, row, len(seen))
             view = np.ascontiguousarray(seen, np.float32)
             actions[agent] = int(_decide(controller, weights, row * self.genomes[0].size, view, inputs, votes))
         return actions
+
+    def _check(self, agent: str, row: int, length: int) -> None:
+        least = int(self.controller.wiring.max()) + 1
+        if row >= self.n_agents:
+            raise ValueError(f"{agent} is not in this team of {self.n_agents} {self.role}")
+        if length < least or self.n_seen not in (None, length):
+            expected = f"at least {least}" if self.n_seen is None else str(self.n_seen)
+            raise ValueError(f"{agent} must observe {expected} numbers for this team, got {length}")
 
     def as_teams(self, n_trials: int) -> EvolvedTeams:
         """This team in every trial of a batch."""
@@ -80,8 +84,12 @@ class Team:
 
     def save(self, path: Path | str) -> None:
         """Write the team to a file of its own."""
-        header = {"role": self.role, "side": self.side.model_dump(), "n_actions": len(self.controller.blank)}
-        header["provenance"] = dict(self.provenance)
+        header: dict[str, Any] = {
+            "role": self.role,
+            "side": self.side.model_dump(),
+            "n_actions": len(self.controller.blank),
+        }
+        header |= {"n_seen": self.n_seen, "provenance": dict(self.provenance)}
         arrays = {"genomes": self.genomes, "wiring": self.controller.wiring}
         write_arrays(Path(path), "team", header, arrays)
 
@@ -95,7 +103,8 @@ class Team:
             controller = make_controller(side, arrays["wiring"], header["n_actions"])
             if header["role"] not in ROLES:
                 raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
-            return cls(header["role"], side, controller, arrays["genomes"], header["provenance"])
+            origin, n_seen = header["provenance"], header["n_seen"]
+            return cls(header["role"], side, controller, arrays["genomes"], origin, n_seen)
         except (KeyError, ValueError, TypeError) as error:
             raise DamagedFileError(f"{path} is not a usable team: {error}") from None
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from predprey_env.config import EnvConfig
-from predprey_env.dynamics import draw_starts
+from predprey_env.dynamics import draw_starts, redraw_collisions
 
 
 class CellStarts:
@@ -41,8 +41,8 @@ class CellStarts:
         odd = np.insert(odd, config.n_predators, 0, axis=1)
         starts = _with_parities(starts, odd, config)
         if config.start_collisions == "redraw":
-            while len(bad := np.flatnonzero(distances(starts, config).min(axis=(1, 2)) == 0)):
-                starts[bad] = _with_parities(draw_starts(generator, len(bad), config), odd[bad], config)
+            while redraw_collisions(generator, starts, config):
+                starts = _with_parities(starts, odd, config)
         return starts[:, None]
 
     def even_predators(self, starts: np.ndarray) -> np.ndarray:

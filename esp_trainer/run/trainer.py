@@ -92,7 +92,8 @@ class Trainer:
                 "score": champion.score,
                 "held_out": generation.held_out.as_dict(),
             }
-            team = Team(role, side_config(config, role), champion.controller, champion.genomes, provenance)
+            n_seen = champion.controller.wiring.size  # every offset that there is
+            team = Team(role, side_config(config, role), champion.controller, champion.genomes, provenance, n_seen)
             team.save(self.directory.champion_file(role, generation.number))
 
 

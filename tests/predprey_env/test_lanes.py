@@ -1,0 +1,217 @@
+"""The vector operations against NumPy, and blocks of worlds against each of their worlds."""
+
+from __future__ import annotations
+
+import operator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+
+from predprey_env import EnvConfig
+from predprey_env.compilation import entry_point
+from predprey_env.dynamics import World, count_alive, draw_starts, predators_turn, prey_turn, step
+from predprey_env.lanes import LANES, any_of, load, store, where
+from predprey_env.observation import observe
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from predprey_env.config import Rules
+
+INTEGERS = np.array([-7, -3, -2, -1, 0, 0, 1, 2, 3, 5, 7, 9, 100, -100, 2**31 - 1, -(2**31)], np.int32)
+OTHERS = np.roll(INTEGERS, 5)
+OTHERS[OTHERS == 0] = 4  # INTEGERS / 0 is nobody's business
+FLOATS = np.array([-2.5, -1, -0.0, 0, 0.1, 1 / 3, 1, 1.5, 2, 3, 1e-40, 1e30, -1e30, np.inf, -np.inf, 7], np.float32)
+MORE = np.roll(FLOATS, 3)
+ARITHMETIC = {"+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b}
+COMPARISONS = [operator.lt, operator.le, operator.gt, operator.ge, operator.eq, operator.ne]
+
+
+def on_lanes(function: Callable[..., Any], a: Any, b: Any, dtype: Any = None) -> np.ndarray:
+    """A rule of two values, applied to lanes (an array) or to a number repeated in all lanes by the compiler."""
+    compiled = njit(_nrt=False)(function)
+
+    @njit(_nrt=False)
+    def apply_to_both(a, b, out):
+        store(out, 0, compiled(load(a, 0), load(b, 0)))
+
+    @njit(_nrt=False)
+    def apply_to_left(a, number, out):
+        store(out, 0, compiled(load(a, 0), number))
+
+    @njit(_nrt=False)
+    def apply_to_right(number, b, out):
+        store(out, 0, compiled(number, load(b, 0)))
+
+    arrays = [value for value in (a, b) if isinstance(value, np.ndarray)]
+    out = np.zeros((1, LANES), dtype or arrays[0].dtype)
+    both = len(arrays) == 2
+    apply = apply_to_both if both else apply_to_left if isinstance(a, np.ndarray) else apply_to_right
+    apply(*(value[None] if isinstance(value, np.ndarray) else value for value in (a, b)), out)
+    return out[0]
+
+
+def holds(compare: Callable[..., Any], a: Any, b: Any) -> list[bool]:
+    return on_lanes(lambda a, b: where(compare(a, b), 1, 0), a, b, np.int32).astype(bool).tolist()
+
+
+def identical(found: np.ndarray, expected: np.ndarray) -> bool:
+    """Bit for bit, signs of zero included; all NaN are one."""
+    nan = np.isnan(expected.astype(np.float64))
+    return (
+        found.dtype == expected.dtype
+        and (np.isnan(found) == nan).all()
+        and found[~nan].tobytes() == expected[~nan].tobytes()
+    )
+
+
+# -- operators ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("operation", ARITHMETIC.values(), ids=ARITHMETIC)
+@pytest.mark.parametrize(("a", "b"), [(INTEGERS, OTHERS), (INTEGERS, 3), (-3, OTHERS)])
+def test_integer_arithmetic_is_that_of_numpy(operation, a, b) -> None:
+    with np.errstate(over="ignore"):
+        assert identical(on_lanes(operation, a, b), operation(a, b))
+
+
+@pytest.mark.parametrize("operation", [*ARITHMETIC.values(), lambda a, b: a / b], ids=[*ARITHMETIC, "/"])
+@pytest.mark.parametrize(("a", "b"), [(FLOATS, MORE), (FLOATS, 3), (FLOATS, np.float32(0.1)), (0.1, MORE)])
+def test_float_arithmetic_is_that_of_numpy(operation, a, b) -> None:
+    with np.errstate(all="ignore"):
+        assert identical(on_lanes(operation, a, b), operation(a, b))
+
+
+@pytest.mark.parametrize("compare", COMPARISONS)
+@pytest.mark.parametrize(("a", "b"), [(INTEGERS, OTHERS), (INTEGERS, 2), (0, OTHERS), (INTEGERS, INTEGERS)])
+def test_integers_compare_as_in_numpy(compare, a, b) -> None:
+    assert holds(compare, a, b) == compare(a, b).tolist()
+
+
+@pytest.mark.parametrize("compare", COMPARISONS)
+@pytest.mark.parametrize(("a", "b"), [(FLOATS, MORE), (FLOATS, 1.5), (1, MORE), (FLOATS, FLOATS)])
+def test_floats_compare_as_in_numpy(compare, a, b) -> None:
+    assert holds(compare, a, b) == compare(a, b).tolist()
+
+
+@pytest.mark.parametrize("compare", COMPARISONS)
+def test_nan_compares_as_in_numpy(compare) -> None:
+    a, b = FLOATS.copy(), MORE.copy()
+    a[:5] = b[3:8] = np.nan
+    assert holds(compare, a, b) == compare(a, b).tolist()
+
+
+@pytest.mark.parametrize("combine", [operator.and_, operator.or_])
+def test_masks_combine_as_in_numpy(combine) -> None:
+    def rule(a, b):
+        return where(combine(a > 0, b < 3), 1, 0)
+
+    assert identical(on_lanes(rule, INTEGERS, OTHERS), combine(INTEGERS > 0, OTHERS < 3).astype(np.int32))
+
+
+# -- selection, memory --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("a", "b"), [(INTEGERS, OTHERS), (INTEGERS, -8), (9, OTHERS), (FLOATS, MORE), (0.1, FLOATS)])
+def test_where_selects_lane_by_lane(a, b) -> None:
+    def rule(a, b):
+        return where(a > b, a, b)
+
+    assert identical(on_lanes(rule, a, b), np.where(a > b, a, b))
+
+
+def test_where_takes_two_numbers_as_they_are() -> None:
+    def rule(a, b):
+        return where(a > b, 2.5, 0.1)
+
+    assert identical(on_lanes(rule, FLOATS, MORE), np.where(FLOATS > MORE, np.float32(2.5), np.float32(0.1)))
+
+
+def test_where_keeps_the_fraction_of_a_number_beside_an_integer() -> None:
+    def rule(a, b):
+        return where(a > b, 1, 0.5)
+
+    assert identical(on_lanes(rule, FLOATS, MORE), np.where(FLOATS > MORE, np.float32(1), np.float32(0.5)))
+
+
+def test_any_of_asks_all_lanes() -> None:
+    @njit(_nrt=False)
+    def any_above(values, bound):
+        return any_of(load(values, 0) > bound)
+
+    for hot in range(LANES):
+        values = np.zeros((1, LANES), np.int32)
+        values[0, hot] = 5
+        assert any_above(values, 4)
+        assert not any_above(values, 5)
+    assert any_above(np.array([5], np.int32), 4)
+    assert not any_above(np.array([5], np.int32), 5)
+
+
+@pytest.mark.parametrize("dtype", [np.int32, np.float32])
+def test_a_row_is_loaded_and_stored_and_its_neighbours_left_alone(dtype) -> None:
+    @njit(_nrt=False)
+    def copy_row(source, row, target, to):
+        store(target, to, load(source, row))
+
+    source = np.arange(3 * LANES).reshape(3, LANES).astype(dtype)
+    target = np.full((4, LANES), -1, dtype)
+    copy_row(source, 1, target, 2)
+    assert target[2].tolist() == source[1].tolist()
+    assert (target[[0, 1, 3]] == -1).all()
+
+
+@pytest.mark.parametrize("dtype", [np.int32, np.float32])
+def test_a_number_is_stored_in_every_lane(dtype) -> None:
+    @njit(_nrt=False)
+    def fill_row(target, row, number):
+        store(target, row, number)
+
+    target = np.zeros((2, LANES), dtype)
+    fill_row(target, 1, 3)
+    assert target.tolist() == [[0] * LANES, [3] * LANES]
+
+
+# -- whole rules --------------------------------------------------------------------------------------------------
+
+
+@entry_point
+def _play(world: World, actions: Any, rules: Rules, seen: Any, free: Any) -> None:
+    """One step of a world or of a block of worlds; all views and the number of free prey after it."""
+    if rules.prey_first:
+        prey_turn(world, actions, rules)
+        predators_turn(world, actions, rules)
+    else:
+        step(world, actions, rules)
+    row = 0
+    for agent in range(rules.n_predators + rules.n_prey):
+        row = observe(world, agent, rules, seen, row)
+    store(free, 0, count_alive(world, rules))
+
+
+@pytest.mark.parametrize("swap_captures", [False, True])
+@pytest.mark.parametrize("move_order", ["simultaneous", "prey_first"])
+@settings(max_examples=15)
+@given(config=st.from_type(EnvConfig), seed=st.integers(0, 2**32 - 1))
+def test_a_block_of_worlds_plays_like_each_of_them_alone(move_order, swap_captures, config: EnvConfig, seed) -> None:
+    config = config.replace(move_order=move_order, swap_captures=swap_captures)
+    n_prey, random = config.n_prey, np.random.default_rng(seed)
+    x, y = np.ascontiguousarray(draw_starts(random, LANES, config).transpose(2, 1, 0))
+    block = World(x, y, random.integers(0, 2, (n_prey, LANES), np.int32))
+    alone = [World(*(rows[:, lane].copy() for rows in block)) for lane in range(LANES)]
+    n_seen = 4 * config.n_predators * n_prey
+    seen, seen_alone = np.empty((n_seen, LANES), np.float32), np.empty(n_seen, np.float32)
+    free, free_alone = np.empty((1, LANES), np.int32), np.empty(1, np.int32)
+
+    for _ in range(12):
+        actions = random.integers(0, 5, (config.n_agents, LANES), np.int32)
+        _play(block, actions, config.rules, seen, free)
+        for lane, world in enumerate(alone):
+            _play(world, actions[:, lane].copy(), config.rules, seen_alone, free_alone)
+            assert all(rows[:, lane].tobytes() == row.tobytes() for rows, row in zip(block, world, strict=True))
+            assert seen[:, lane].tobytes() == seen_alone.tobytes()
+            assert free[0, lane] == free_alone[0]

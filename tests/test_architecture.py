@@ -1,0 +1,74 @@
+"""The arrows of the house: who may import whom."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+# A module may import what stands before it, and its own layer.
+LAYERS = [
+    ["types"],
+    ["config", "seeding", "statistics", "files"],
+    ["presets"],
+    ["esp"],
+    ["coevolution"],
+    ["run"],
+    ["evaluation"],
+    ["analysis"],
+    ["cli"],
+]
+RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
+
+# The world beyond its config and the tools that rules are written with.
+SEES_THE_WORLD = {"evaluation", "analysis", "cli"}
+NOT_THE_WORLD = {"config", "settings", "compilation", "lanes", "floats"}
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path} imports relatively"
+            assert node.module is not None
+            found |= {node.module} if "." in node.module else {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def part(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
+
+
+@pytest.mark.parametrize("path", modules("predprey_env"), ids=str)
+def test_the_world_knows_nothing_of_evolution(path: Path) -> None:
+    assert not any(name.startswith("esp_trainer") for name in imports(path))
+
+
+@pytest.mark.parametrize("path", modules("esp_trainer"), ids=str)
+def test_imports_inside_the_trainer_point_one_way(path: Path) -> None:
+    own = path.relative_to(ROOT / "esp_trainer").parts[0].removesuffix(".py")
+    if own == "__init__":
+        return
+    assert own in RANK, f"{own} has no place in the layers"
+    for name in imports(path):
+        if name.startswith("esp_trainer."):
+            assert RANK[part(name)] <= RANK[own], f"{path} imports {name}"
+
+
+@pytest.mark.parametrize("path", modules("esp_trainer"), ids=str)
+def test_only_those_who_play_see_the_world(path: Path) -> None:
+    own = path.relative_to(ROOT / "esp_trainer").parts[0].removesuffix(".py")
+    seen = {part(name) for name in imports(path) if name.startswith("predprey_env")}
+    assert own in SEES_THE_WORLD or seen <= NOT_THE_WORLD
+
+
+@pytest.mark.parametrize("path", [*modules("predprey_env"), *modules("esp_trainer")], ids=str)
+def test_no_file_outgrows_its_purpose(path: Path) -> None:
+    assert len(path.read_text().splitlines()) <= 320

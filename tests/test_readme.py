@@ -1,0 +1,44 @@
+"""The README's snippets run as they stand, in order, in one place."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from esp_trainer.cli import main
+
+README = (Path(__file__).parent.parent / "README.md").read_text()
+SNIPPETS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+SMALL = ["--env.max_cycles", "10", "--esp.subpopulation_size", "8", "--esp.hof_mates", "1", "--esp.n_trials", "8"]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A directory with the run that the README speaks of, made small."""
+    place = tmp_path_factory.mktemp("readme")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        assert main(["train", "paper-3v2", "--generations", "100", "--quiet", *SMALL]) == 0
+    return place
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_a_snippet_of_the_readme_runs(snippet: str, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place)
+    exec(compile(snippet, "README.md", "exec"), {})
+
+
+def test_the_readme_has_a_snippet_for_each_use() -> None:
+    assert len(SNIPPETS) >= 3
+
+
+@pytest.mark.parametrize("block", ["run", "test"])
+def test_the_readme_marks_the_two_commands(block: str) -> None:
+    assert re.search(rf"<!-- newcomer: {block} -->\n```bash\n.+?```", README, re.DOTALL)
+
+
+def test_commands_of_the_readme_exist() -> None:
+    commands = set(re.findall(r"^esp-trainer (\w+)", README, re.MULTILINE))
+    assert commands
+    assert commands <= {"train", "resume", "evaluate", "show", "replay", "presets"}
