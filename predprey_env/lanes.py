@@ -7,7 +7,7 @@ either, so the fast path of the trainer and the PettingZoo environment cannot dr
 What a rule may use: ``+ - *`` and, on floats, ``/``, comparisons, ``&`` and ``|`` on masks, and the functions of this
 module. A rule never branches on a value (lanes would have to part ways); it selects with :func:`where`. Its constants
 are integers or ``np.float32``, so that one number is not computed in higher precision than sixteen. Values live in
-arrays whose *rows* are values: C-contiguous, of shape ``(rows,)`` for one world, ``(rows, LANES)`` for a block of worlds.
+arrays whose *rows* are values: C-contiguous, ``(rows,)`` for one world, ``(rows, LANES)`` for a block of worlds.
 
 The vectors are explicit LLVM vectors rather than loops that a compiler may or may not vectorise: compilation is short,
 the speed does not hang on an optimiser's mood, and as each operation is an IEEE one (nothing is reassociated, and
