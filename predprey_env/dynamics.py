@@ -132,13 +132,17 @@ def redraw_collisions(generator: np.random.Generator, starts: np.ndarray, config
     """Give every prey that starts in a predator's cell another one, in place; says whether there was any."""
     prey = starts[:, config.n_predators :]
     found = False
-    while (bad := on_a_predator(starts, config.n_predators)).any():
+    while (bad := _on_a_predator(starts, config)).any():
         prey[bad] = generator.integers(0, config.size, size=(int(bad.sum()), 2), dtype=np.int32)
         found = True
     return found
 
 
-def on_a_predator(starts: np.ndarray, n_predators: int) -> np.ndarray:
+def _on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
     """Which prey start in a predator's cell: bool ``(n_starts, n_prey)``."""
-    same = (starts[:, :n_predators, None] == starts[:, None, n_predators:]).all(axis=-1)
-    return np.asarray(same.any(axis=1))
+    cells = starts[..., 0] * config.size + starts[..., 1]
+    predators, prey = cells[:, : config.n_predators], cells[:, config.n_predators :]
+    found = np.zeros(prey.shape, np.bool_)
+    for predator in predators.T:  # a few passes over all starts are quicker than one over short rows
+        found |= prey == predator[:, None]
+    return found

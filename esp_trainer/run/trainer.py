@@ -10,6 +10,7 @@ from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
+from esp_trainer.files import sync_directory
 from esp_trainer.run.checkpoint import load_checkpoint, save_checkpoint
 from esp_trainer.run.directory import Log, RunDirectory
 from esp_trainer.types import Evaluator
@@ -77,8 +78,10 @@ class Trainer:
             timing.close()
 
     def _save_checkpoint(self, metrics: Log) -> None:
-        metrics.sync()  # a checkpoint never knows more generations than the log
+        metrics.sync()  # a checkpoint never knows more generations than the log and the champions
+        sync_directory(self.directory.champions)
         save_checkpoint(self.directory.checkpoint_file, self.config, self.coevolution.sides, self.done)
+        sync_directory(self.directory.path)
 
     def _save_champions(self, generation: Generation) -> None:
         config = self.config
