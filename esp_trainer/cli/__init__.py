@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
 from esp_trainer.cli import teams, training
-from esp_trainer.cli.overrides import describe, override
+from esp_trainer.cli.overrides import describe, override, read_options, split
 from esp_trainer.presets import PRESETS, preset
 
 
@@ -22,25 +23,50 @@ class _Parser(argparse.ArgumentParser):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; a user's mistake is one line on standard error and a non-zero exit."""
-    parser = _parser()
-    options, fields = parser.parse_known_args(arguments)
-    if fields and options.command != "train":
-        parser.error(f"unexpected {fields[0]!r}")
     try:
-        return _dispatch(options, fields)
+        try:
+            return _run(sys.argv[1:] if arguments is None else arguments)
+        finally:
+            sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains while it closes it
+        _let_go_of_output()
         return 1
+    except KeyboardInterrupt:
+        print("esp-trainer: interrupted", file=sys.stderr)
+        return 130
+    except MemoryError as error:
+        return _fail(f"not enough memory: {error}" if str(error) else "not enough memory")
     except OSError as error:
+        _let_go_of_output()
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror}" if error.strerror else str(error))
     except ValueError as error:
         return _fail(str(error))
 
 
+def _let_go_of_output() -> None:
+    """If nobody takes what is still to print, drop it; else Python complains about it when it ends."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _fail(line: str) -> int:
     print(f"esp-trainer: {line}", file=sys.stderr)
     return 1
+
+
+def _run(arguments: list[str]) -> int:
+    parser = _parser()
+    fields: list[str] = []
+    if arguments[:1] == ["train"]:  # its fields first, or --seed 3 smoke would train the preset 3
+        fields, arguments = split(arguments)
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown and options.command != "train":
+        parser.error(f"unexpected {unknown[0]!r}")
+    read_options(unknown)
+    return _dispatch(options, [*fields, *unknown])
 
 
 def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
@@ -70,6 +96,7 @@ def _presets(name: str | None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="esp-trainer", description="Coevolve predators and prey by ESP.", allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"esp-trainer {version('predprey-esp')}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     def command(name: str, summary: str, epilog: str | None = None) -> argparse.ArgumentParser:
@@ -82,7 +109,8 @@ def _parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
 
-    every_field = "Any field of the config is an option too:\n\n" + describe(PRESETS["paper-3v2"][1])
+    every_field = "Any field of the config is an option too, here with its value in paper-3v2:\n\n"
+    every_field = (every_field + describe(PRESETS["paper-3v2"][1])).replace("%", "%%")
     train = command("train", "begin a run", every_field)
     train.add_argument("preset", metavar="PRESET", help="its experiment; `esp-trainer presets` lists them")
     train.add_argument("--out", type=Path, metavar="DIR", help="where to; by default runs/PRESET-seedSEED")
@@ -96,11 +124,11 @@ def _parser() -> argparse.ArgumentParser:
     evaluate = command("evaluate", "play a team against another, and count")
     evaluate.add_argument("--episodes", type=_positive, default=1000, metavar="N")
     replay = command("replay", "watch a team play another, as text")
-    replay.add_argument("--fps", type=float, default=12.0, metavar="N", help="frames a second, on a terminal")
+    replay.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second, on a terminal")
     for each in (evaluate, replay):
         each.add_argument("team", metavar="TEAM", help="a file from a run's champions/")
         each.add_argument("--against", required=True, metavar="TEAM", help="a file, greedy_chase or flee_nearest")
-        each.add_argument("--seed", type=int, default=0, metavar="N")
+        each.add_argument("--seed", type=_natural, default=0, metavar="N")
     show = command("show", "say what a team is and where it came from")
     show.add_argument("team", metavar="TEAM")
     presets = command("presets", "list the experiments, or every field of one")
@@ -108,8 +136,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _natural(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"must be a whole number of at least 0, got {text!r}")
+    return int(text)
+
+
 def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"must be at least 1, got {number}")
-    return number
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"must be a whole number of at least 1, got {text!r}")
+    return int(text)

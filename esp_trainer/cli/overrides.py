@@ -2,63 +2,93 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 from typing import Any
 
 from pydantic import BaseModel
 
 from esp_trainer.config import RunConfig
-from predprey_env.settings import field_names, unknown_field
+from predprey_env.settings import field_names
 
-_OWN = ("--out", "--threads", "--quiet")
+FIELDS = [name for name in field_names(RunConfig) if name != "preset"]
+"""What can be set; which preset it is, is said by the first argument."""
+
+_OWN = ["out", "threads", "quiet"]
+
+
+def split(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """The options that set fields, each with its value, apart from everything else."""
+    fields, others, pending = [], [], list(arguments)
+    while pending:
+        argument = pending.pop(0)
+        name, given, _ = argument.partition("=")
+        if name.startswith("--") and name[2:].replace("-", "_") in FIELDS:
+            fields += [argument] if given or not pending else [argument, pending.pop(0)]
+        else:
+            others.append(argument)
+    return fields, others
+
+
+def read_options(options: list[str]) -> dict[str, Any]:
+    """Field -> value; :class:`ValueError` for an option that sets none."""
+    values, pending = {}, list(options)
+    while pending:
+        option = pending.pop(0)
+        if not option.startswith("--"):
+            raise ValueError(f"expected an option like --seed 3, got {option!r}")
+        name, given, value = option[2:].partition("=")
+        name = name.replace("-", "_")
+        if name not in FIELDS:
+            raise ValueError(f"unknown option --{name}{_hint(name)}")
+        if not given:
+            if not pending:
+                raise ValueError(f"--{name} needs a value")
+            value = pending.pop(0)
+        values[name] = _value(value)
+    return values
 
 
 def override(config: RunConfig, options: list[str]) -> RunConfig:
     """The config with the fields that the options name, validated."""
     fields = config.model_dump()
-    known = field_names(RunConfig)
-    pending = list(options)
-    while pending:
-        option = pending.pop(0)
-        if not option.startswith("--"):
-            raise ValueError(f"expected an option like --seed 3, got {option!r}")
-        name, given, value = option[2:].replace("-", "_").partition("=")
-        if given:
-            value = option.partition("=")[2]
-        if name not in known:
-            hint = unknown_field(name, [*known, *(own[2:] for own in _OWN)])
-            raise ValueError(hint.replace("unknown field ", "unknown option --").replace("mean ", "mean --"))
-        if not given:
-            if not pending:
-                raise ValueError(f"--{name} needs a value")
-            value = pending.pop(0)
+    for name, value in read_options(options).items():
         *path, leaf = name.split(".")
         section = fields
         for part in path:
             section = section[part]
-        section[leaf] = _value(value)
+        section[leaf] = value
     return RunConfig.from_dict(fields)
+
+
+def _hint(name: str) -> str:
+    known = [*FIELDS, *_OWN]
+    leaves = {field.rpartition(".")[2]: field for field in reversed(known)}
+    near = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name, leaves, n=1)
+    begun = [field for field in known if field.startswith(name)]
+    found = [leaves.get(field, field) for field in (near or begun)]
+    return f"; did you mean --{found[0]}?" if found else ""
 
 
 def _value(text: str) -> Any:
     try:
         return json.loads(text)
-    except json.JSONDecodeError:
-        return text
+    except ValueError:  # a word, or more digits than Python will read
+        return {"True": True, "False": False}.get(text, text)
 
 
 def describe(config: RunConfig) -> str:
-    """Every field with its value and what it means, as options."""
+    """Every field with its value, as one types them, and what it means."""
     return "\n".join(_describe(config, ""))
 
 
 def _describe(section: BaseModel, prefix: str) -> list[str]:
     lines = []
     for name, field in type(section).model_fields.items():
-        value = getattr(section, name)
+        value, meaning = getattr(section, name), " ".join((field.description or "").split())
         if isinstance(value, BaseModel):
-            lines += ["", f"{prefix}{name}: {field.description}", *_describe(value, f"{prefix}{name}.")]
-        else:
-            meaning = " ".join((field.description or "").split())
-            lines.append(f"  --{prefix}{name} {value!r}\n      {meaning}".replace("'", ""))
+            lines += ["", f"{prefix}{name}: {meaning}", *_describe(value, f"{prefix}{name}.")]
+        elif prefix + name in FIELDS:
+            shown = value if isinstance(value, str) else json.dumps(value)
+            lines += [f"  --{prefix}{name} {shown}", f"      {meaning}"]
     return lines

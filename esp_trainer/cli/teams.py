@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 from esp_trainer.analysis.replay import replay as frames
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, check_fits, match
 from esp_trainer.files import DamagedFileError
+from esp_trainer.statistics import Rate
 from esp_trainer.types import Policy, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 from predprey_env.policies import ROLES as SCRIPT_ROLES
@@ -22,6 +23,7 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
     players, env = _pair(team, against)
     captures = match(players["predators"], players["prey"], env, episodes, seed)
     print(f"{captures.episodes} episodes from held-out starts (seed {seed}), 95% Wilson intervals")
+    print(f"  world              {_words(env)}")
     print(f"  prey caught        {captures.caught}")
     print(f"  all prey caught    {captures.predators_succeed}")
     print(f"  no prey caught     {captures.prey_succeed}")
@@ -43,22 +45,19 @@ def show(path: str) -> int:
         f"{controller.n_inputs}-{controller.n_hidden}-{len(controller.blank)}, {team.side.output} outputs"
     )
     print(f"  genes       {team.genomes.size}, from {team.genomes.min():.2f} to {team.genomes.max():.2f}")
-    if "generation" in origin:
-        print(f"  from        {origin['preset']}, seed {origin['seed']}, generation {origin['generation']}")
+    if "preset" in origin:
+        print(f"  from        {origin['preset']}, seed {origin.get('seed')}, generation {origin.get('generation')}")
     if "env" in origin:
-        changed = EnvConfig.from_dict(origin["env"]).model_dump(exclude_defaults=True)
-        print(f"  world       {changed or 'the default one'}")
+        print(f"  world       {_words(_world(team, path))}")
     if "score" in origin:
-        print(f"  chosen by   {origin['method']}, mean fitness {origin['score']:.2f}")
-        caught: dict[str, Any] = origin["held_out"]["caught"]
-        print(
-            f"  held out    {caught['rate']:.3f} [{caught['low']:.3f}, {caught['high']:.3f}] of the prey caught, "
-            "against the other side's champion"
-        )
+        print(f"  chosen by   {origin.get('method')}, mean fitness {origin['score']:.2f}")
+    if "held_out" in origin:
+        caught = Rate(**origin["held_out"]["caught"])
+        print(f"  held out    {caught} of the prey caught, champion against champion")
     return 0
 
 
-def replay(team: str, against: str, seed: int, fps: float) -> int:
+def replay(team: str, against: str, seed: int, fps: int) -> int:
     """Play one episode as text."""
     players, env = _pair(team, against)
     policies = {role: _policy(player, env) for role, player in players.items()}
@@ -73,34 +72,48 @@ def replay(team: str, against: str, seed: int, fps: float) -> int:
 def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
     """Both players by role, and the world of the first that was evolved."""
     players: dict[Role, Player] = {}
-    env: EnvConfig | None = None
+    worlds: list[EnvConfig] = []
     for name in (team, against):
         player = _load(name)
         role: Role = player.role if isinstance(player, Team) else SCRIPT_ROLES[player.script]
         if role in players:
             raise ValueError(f"a match needs predators and prey, got two teams of {role}")
         players[role] = player
-        if env is None and isinstance(player, Team):
-            env = _world(player, name)
-    if env is None:
-        raise ValueError("at least one of the teams must be an evolved one, got two scripts")
+        if isinstance(player, Team) and "env" in player.provenance:
+            worlds.append(_world(player, name))
+    if not worlds:
+        if all(isinstance(player, ScriptedTeams) for player in players.values()):
+            raise ValueError("at least one of the teams must be an evolved one, got two scripts")
+        raise ValueError(f"{team} does not say which world it is for, and nor does {against}")
     for role, player in players.items():
         if isinstance(player, Team):
-            check_fits(player, role, env)
-    return players, env
+            check_fits(player, role, worlds[0])
+    if worlds[0] != worlds[-1]:
+        print(f"the teams come from different worlds; they play in that of {team}", file=sys.stderr)
+    return players, worlds[0]
 
 
 def _load(name: str) -> Player:
     if name in SCRIPTS and not Path(name).exists():
         return ScriptedTeams(name)
-    return Team.load(name)
+    try:
+        return Team.load(name)
+    except FileNotFoundError as error:
+        near = difflib.get_close_matches(name, SCRIPTS, n=1)
+        raise FileNotFoundError(f"{error}; did you mean {near[0]}?" if near else str(error)) from None
 
 
 def _world(team: Team, name: str) -> EnvConfig:
     try:
         return EnvConfig.from_dict(team.provenance["env"])
-    except (KeyError, ValueError) as error:
+    except ValueError as error:
         raise DamagedFileError(f"{name} does not say which world it is for: {error}") from None
+
+
+def _words(env: EnvConfig) -> str:
+    """What is not as by default."""
+    changed = env.model_dump(exclude_defaults=True)
+    return ", ".join(f"{name}={value}" for name, value in changed.items()) or "the default one"
 
 
 def _policy(player: Player, env: EnvConfig) -> Policy:

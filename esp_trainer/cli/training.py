@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import sys
 from collections import deque
 from pathlib import Path
 from types import FrameType
-from typing import Any
 
 from tqdm import tqdm
 
@@ -16,9 +16,9 @@ from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.trainer import Trainer
-from esp_trainer.types import Evaluator
+from esp_trainer.types import Evaluator, ScriptedTeams
 
-_BAR = "generation {n_fmt}/{total_fmt} {bar:20} {postfix} | {rate_inv_fmt}, {remaining} left"
+_BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # generations in the closing summary
 
 
@@ -62,7 +62,9 @@ def _run(trainer: Trainer, *, quiet: bool) -> int:
         ) as bar:
             for generation in trainer.generations():
                 recent.append(generation)
-                bar.set_postfix_str(_success(generation), refresh=False)
+                held_out = generation.held_out
+                rates = held_out.predators_succeed.rate, held_out.prey_succeed.rate
+                bar.set_description_str("predators {:.2f} prey {:.2f}".format(*rates), refresh=False)
                 bar.update()
                 if plain and trainer.done % trainer.config.checkpoint_every == 0:
                     _say(f"generation {trainer.done}/{trainer.config.generations}: {_success(generation)}")
@@ -70,8 +72,8 @@ def _run(trainer: Trainer, *, quiet: bool) -> int:
         for number, handler in handlers.items():
             signal.signal(number, handler)
     path = trainer.directory.path
-    if caught_signal:
-        _say(f"stopped after generation {trainer.done}; go on with: esp-trainer resume {path}")
+    if caught_signal and trainer.done < trainer.config.generations:
+        _say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {_quoted(path)}")
         return 128 + caught_signal[0]
     _summarise(trainer, recent)
     return 0
@@ -84,12 +86,11 @@ def _success(generation: Generation) -> str:
 
 
 def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
-    path, last = trainer.directory.path, trainer.done - 1
 
     def mean(values: list[float]) -> str:
         return f"{sum(values) / len(values):.2f}"
 
-    print(f"{trainer.done} generations in {path}")
+    print(f"{trainer.done} generations in {trainer.directory.path}")
     if recent:
         caught = mean([g.held_out.caught.rate for g in recent])
         predators = mean([g.held_out.predators_succeed.rate for g in recent])
@@ -98,15 +99,22 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
             f"last {len(recent)} generations, champion against champion: {caught} of the prey caught; "
             f"predators catch all in {predators} of the episodes, prey all survive in {prey}"
         )
-    files: dict[str, Any] = {role: trainer.directory.champion_file(role, last) for role in trainer.coevolution.evolving}
-    first = files.get("predators") or files["prey"]
-    against = files["prey"] if len(files) == 2 else trainer.config.prey.policy
-    if "predators" not in files:
-        against = trainer.config.predators.policy
+    players = {
+        role: side.script
+        if isinstance(side, ScriptedTeams)
+        else trainer.directory.champion_file(role, trainer.done - 1)
+        for role, side in trainer.coevolution.sides.items()
+    }
+    pair = f"{_quoted(players['predators'])} --against {_quoted(players['prey'])}"
     print(f"  the curves    {trainer.directory.metrics_file}")
     print(f"  the teams     {trainer.directory.champions}/")
-    print(f"next:\n  esp-trainer replay {first} --against {against}")
-    print(f"  esp-trainer evaluate {first} --against {against}")
+    print(f"next:\n  esp-trainer replay {pair}\n  esp-trainer evaluate {pair}")
+
+
+def _quoted(argument: Path | str) -> str:
+    """An argument as one types it: a path that begins with a dash is not an option."""
+    text = str(argument)
+    return shlex.quote(f"./{text}" if text.startswith("-") else text)
 
 
 def _say(line: str) -> None:

@@ -18,6 +18,8 @@ def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int) -> Con
     """
     if n_actions < 2 or wiring.ndim != 2 or wiring.shape[1] < 2:  # the forward pass starts with two
         raise ValueError(f"a controller needs 2 actions and 2 inputs a network, got {n_actions} and {wiring.shape}")
+    if not np.issubdtype(wiring.dtype, np.integer) or wiring.min() < 0:
+        raise ValueError(f"wiring must hold indices of an observation, got {wiring.dtype} from {wiring.min()} on")
     return Controller(
         n_networks=wiring.shape[0],
         n_inputs=wiring.shape[1],

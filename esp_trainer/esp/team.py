@@ -103,9 +103,11 @@ class Team:
             controller = make_controller(side, arrays["wiring"], header["n_actions"])
             if header["role"] not in ROLES:
                 raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
-            origin, n_seen = header["provenance"], header["n_seen"]
+            origin, n_seen = dict(header["provenance"]), header["n_seen"]
             return cls(header["role"], side, controller, arrays["genomes"], origin, n_seen)
-        except (KeyError, ValueError, TypeError) as error:
+        except KeyError as error:
+            raise DamagedFileError(f"{path} is not a usable team: {error.args[0]} is missing") from None
+        except (ValueError, TypeError) as error:
             raise DamagedFileError(f"{path} is not a usable team: {error}") from None
 
 

@@ -55,8 +55,8 @@ class FusedEvaluator:
         if starts.shape != self._shape(*starts.shape[:2]):
             raise ValueError(f"starts must have shape (trials, episodes, {env.n_agents}, 2), got {starts.shape}")
         n_trials, n_episodes = starts.shape[:2]
-        predators = _side(batch.predators, (n_trials, env.n_predators), env.n_predator_actions)
-        prey = _side(batch.prey, (n_trials, env.n_prey), env.n_prey_actions)
+        predators = _side(batch.predators, (n_trials, env.n_predators), env.n_predator_actions, 2 * env.n_prey)
+        prey = _side(batch.prey, (n_trials, env.n_prey), env.n_prey_actions, 2 * env.n_predators)
         outcome = Outcome(
             fitness=np.zeros((n_trials, n_episodes, env.n_agents)),
             captured=np.zeros((n_trials, n_episodes, env.n_prey), np.bool_),
@@ -71,11 +71,14 @@ class FusedEvaluator:
             memory = make_memory(env.rules, predators, prey)
             play_blocks(env.rules, predators, prey, starts, first, last, outcome, memory)
 
-        list(self._pool.map(play, bounds[:-1], bounds[1:]))
+        if n_parts == 1:  # where Ctrl-C gets through, also while it compiles
+            play(0, n_blocks)
+        else:
+            list(self._pool.map(play, bounds[:-1], bounds[1:]))
         return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
 
 
-def _side(teams: Teams, expected: tuple[int, int], n_actions: int) -> Side:
+def _side(teams: Teams, expected: tuple[int, int], n_actions: int, n_seen: int) -> Side:
     """One side of a batch in the layout that the kernel was compiled for."""
     blank = (np.float32(0.0),) * n_actions
     if not isinstance(teams, EvolvedTeams):
@@ -87,6 +90,8 @@ def _side(teams: Teams, expected: tuple[int, int], n_actions: int) -> Side:
             f"teams must have {expected[0]} trials, {expected[1]} agents and {n_actions} actions, "
             f"got {teams.indices.shape[0]}, {teams.indices.shape[1]} and {len(teams.controller.blank)}"
         )
+    if teams.controller.wiring.max() >= n_seen:
+        raise ValueError(f"networks must read entries below {n_seen}, got {teams.controller.wiring.max()}")
     # Read-only arrays are another type to Numba, and would be compiled for anew.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
     return Side(0, n_actions, teams.controller, genomes, np.require(teams.indices, np.int64, ["C", "W"]))

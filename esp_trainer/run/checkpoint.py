@@ -19,6 +19,10 @@ _MAY_CHANGE = ("generations", "checkpoint_every")
 """Settings that no generation depends on."""
 
 
+class OtherConfigError(ValueError):
+    """A checkpoint that another config made."""
+
+
 def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], generations: int) -> None:
     """Write the state after that many generations."""
     arrays, progress = {}, {}
@@ -35,26 +39,43 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
 def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], int]:
     """Both sides, and how many generations they have behind them."""
     header, arrays = read_arrays(path, "checkpoint")
-    different = _difference(header.get("config", {}), config.model_dump())
-    if different:
-        raise ValueError(f"{path} belongs to another config: {different}")
-    sides = new_sides(config)
     try:
-        for role, side in sides.items():
-            if isinstance(side, EvolvingSide):
-                sides[role] = _restore(side, arrays[f"{role}.genomes"], arrays[f"{role}.fame"], header["sides"][role])
-        return sides, int(header["generations"])
-    except (KeyError, TypeError, ValueError) as error:
+        different = _difference(dict(header.get("config", {})), config.model_dump())
+        if different:
+            raise OtherConfigError(f"{path} belongs to another config: {different}")
+        return _restore(config, arrays, header["sides"], int(header["generations"])), int(header["generations"])
+    except OtherConfigError:
+        raise
+    except KeyError as error:
+        raise DamagedFileError(f"{path} is not a usable checkpoint: {error.args[0]} is missing") from None
+    except (TypeError, ValueError) as error:
         raise DamagedFileError(f"{path} is not a usable checkpoint: {error}") from None
 
 
-def _restore(fresh: EvolvingSide, genomes: np.ndarray, fame: np.ndarray, progress: dict[str, Any]) -> EvolvingSide:
-    population = fresh.subpopulations
-    if genomes.shape != population.genomes.shape or fame.shape[1:] != fresh.fame.champions.shape[1:]:
-        raise ValueError(f"genomes must have shape {population.genomes.shape}, got {genomes.shape}")
-    best = -np.inf if progress["best"] is None else float(progress["best"])
-    restored = Subpopulations(population.config, population.controller, genomes.copy())
-    return EvolvingSide(restored, HallOfFame(fame), best, int(progress["stagnant"]))
+def _restore(
+    config: RunConfig, arrays: dict[str, np.ndarray], progress: dict[str, Any], generations: int
+) -> dict[Role, Side]:
+    """Both sides with the genomes, the fame and the progress of a checkpoint."""
+    sides = new_sides(config)
+    for role, side in sides.items():
+        if not isinstance(side, EvolvingSide):
+            continue
+        population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.fame"]
+        _check(f"{role}.genomes", genomes, population.genomes.shape)
+        _check(f"{role}.fame", fame, (generations, *side.fame.champions.shape[1:]))
+        best = progress[role]["best"]
+        sides[role] = EvolvingSide(
+            Subpopulations(population.config, population.controller, genomes.copy()),
+            HallOfFame(fame),
+            -np.inf if best is None else float(best),
+            int(progress[role]["stagnant"]),
+        )
+    return sides
+
+
+def _check(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
+    if array.shape != shape or array.dtype != np.float32:
+        raise ValueError(f"{name} must be float32 of shape {shape}, got {array.dtype} of shape {array.shape}")
 
 
 def _difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "") -> str | None:

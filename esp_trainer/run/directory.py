@@ -14,13 +14,19 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from esp_trainer.config import RunConfig
-from esp_trainer.files import SCHEMA, DamagedFileError, to_json, write
+from esp_trainer.files import SCHEMA, DamagedFileError, naming, to_json, write
 from esp_trainer.types import Role
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 
 class RunDirectory:
@@ -33,15 +39,55 @@ class RunDirectory:
         self.timing_file = self.path / "timing.jsonl"
         self.checkpoint_file = self.path / "checkpoint.safetensors"
         self.champions = self.path / "champions"
+        self._lock: int | None = None
 
     def create(self, config: RunConfig) -> None:
         """Begin a run here; a directory that holds anything already is left as it is and refused."""
         if self.config_file.exists():
             raise FileExistsError(f"{self.path} already holds a run; resume it, or choose another directory")
-        if self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+        if self.path.exists() and (not self.path.is_dir() or any(map(self._matters, self.path.iterdir()))):
             raise FileExistsError(f"{self.path} is not an empty directory, and holds no run")
-        self.champions.mkdir(parents=True, exist_ok=True)
-        self.write_config(config)
+        try:
+            self.champions.mkdir(parents=True, exist_ok=True)
+            self.write_config(config)
+        except OSError:
+            self.discard()
+            raise
+
+    def _matters(self, entry: Path) -> bool:
+        """Whether a file is more than the rest of a start that was killed."""
+        if entry == self.champions and entry.is_dir():
+            return any(entry.iterdir())
+        return entry.name != f".{self.config_file.name}.part"
+
+    def discard(self) -> None:
+        """Undo :meth:`create`."""
+        self.unlock()
+        with suppress(OSError):
+            self.config_file.unlink(missing_ok=True)
+            self.champions.rmdir()
+            self.path.rmdir()
+
+    def lock(self) -> None:
+        """Keep every other process out until this one ends or :meth:`unlock` is called."""
+        if fcntl is None:  # not on this system
+            return
+        descriptor = os.open(self.path, os.O_RDONLY)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(descriptor)
+            raise BlockingIOError(f"{self.path} is in use by another process") from None
+        self._lock = descriptor
+
+    def unlock(self) -> None:
+        """Let others in."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def __del__(self) -> None:
+        self.unlock()
 
     def write_config(self, config: RunConfig) -> None:
         """Put the config in place."""
@@ -57,7 +103,9 @@ class RunDirectory:
             if whole["schema"] != SCHEMA:
                 raise ValueError(f"schema must be {SCHEMA}, got {whole['schema']!r}")
             return RunConfig.from_dict(whole["config"])
-        except (KeyError, TypeError, ValueError, RecursionError) as error:
+        except KeyError as error:
+            raise DamagedFileError(f"{self.config_file} is damaged: {error.args[0]} is missing") from None
+        except (TypeError, ValueError, RecursionError) as error:
             raise DamagedFileError(f"{self.config_file} is damaged: {error}") from None
 
     def champion_file(self, role: Role, generation: int) -> Path:
@@ -65,13 +113,20 @@ class RunDirectory:
         return self.champions / f"{role}-{generation:05d}.safetensors"
 
     def rewind(self, generations: int) -> None:
-        """Bring the logs back to a checkpoint after that many generations, and drop what was half written."""
-        self.champions.mkdir(exist_ok=True)
-        for leftover in (*self.path.glob(".*.part"), *self.champions.glob(".*.part")):
-            leftover.unlink()
+        """Go back to a checkpoint after that many generations: later lines and champions go, and half-written files."""
         kept = whole_lines(self.metrics_file)[:generations]
         if len(kept) < generations:
             raise DamagedFileError(f"{self.metrics_file} must hold {generations} whole lines, got {len(kept)}")
+        for number, line in enumerate(kept):
+            if _generation(line) != number:
+                raise DamagedFileError(f"{self.metrics_file} is damaged: line {number + 1} is not generation {number}")
+        self.champions.mkdir(exist_ok=True)
+        for leftover in (*self.path.glob(".*.part"), *self.champions.glob(".*.part")):
+            leftover.unlink()
+        for champion in self.champions.glob("*-*.safetensors"):
+            generation = champion.stem.rpartition("-")[2]
+            if generation.isdecimal() and int(generation) >= generations:
+                champion.unlink()
         write(self.metrics_file, b"".join(kept))
         write(self.timing_file, b"".join(whole_lines(self.timing_file)[:generations]))
 
@@ -80,20 +135,24 @@ class Log:
     """A file of JSON lines, one for each generation."""
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         self._file = path.open("ab")
 
     def append(self, record: dict[str, Any]) -> None:
         """Add a line."""
-        self._file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
-        self._file.flush()
+        with naming(self._path):
+            self._file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+            self._file.flush()
 
     def sync(self) -> None:
         """Wait until all lines are on disk."""
-        os.fsync(self._file.fileno())
+        with naming(self._path):
+            os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Let the file go."""
-        self._file.close()
+        with naming(self._path):
+            self._file.close()
 
 
 def whole_lines(path: Path) -> Sequence[bytes]:
@@ -101,3 +160,10 @@ def whole_lines(path: Path) -> Sequence[bytes]:
     if not path.exists():
         return []
     return [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
+
+
+def _generation(line: bytes) -> Any:
+    try:
+        return json.loads(line)["generation"]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return None

@@ -31,7 +31,12 @@ class Trainer:
     def start(cls, directory: RunDirectory, config: RunConfig, make: Callable[[RunConfig], Evaluator]) -> Trainer:
         """A new run in an empty directory; ``make`` gives it its evaluator."""
         directory.create(config)
-        return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0)
+        try:
+            directory.lock()
+            return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0)
+        except BaseException:  # Ctrl-C while the kernel compiles, say
+            directory.discard()
+            raise
 
     @classmethod
     def resume(
@@ -39,16 +44,21 @@ class Trainer:
     ) -> Trainer:
         """The run of a directory from its last checkpoint, if need be to another number of generations."""
         config = directory.read_config()
-        wanted = config.replace(generations=generations) if generations else config
-        sides, done = new_sides(config), 0
-        if directory.checkpoint_file.exists():
-            sides, done = load_checkpoint(directory.checkpoint_file, config)
-        if done > wanted.generations:
-            raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
-        directory.rewind(done)
-        if wanted != config:
-            directory.write_config(wanted)
-        return cls(directory, wanted, Coevolution(wanted, sides, make(wanted)), done)
+        directory.lock()
+        try:
+            wanted = config.replace(generations=generations) if generations else config
+            sides, done = new_sides(config), 0
+            if directory.checkpoint_file.exists():
+                sides, done = load_checkpoint(directory.checkpoint_file, config)
+            if done > wanted.generations:
+                raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
+            directory.rewind(done)
+            if wanted != config:
+                directory.write_config(wanted)
+            return cls(directory, wanted, Coevolution(wanted, sides, make(wanted)), done)
+        except BaseException:
+            directory.unlock()
+            raise
 
     def stop(self) -> None:
         """End after the generation in hand, with a checkpoint."""
@@ -76,6 +86,7 @@ class Trainer:
         finally:
             metrics.close()
             timing.close()
+            self.directory.unlock()
 
     def _save_checkpoint(self, metrics: Log) -> None:
         metrics.sync()  # a checkpoint never knows more generations than the log and the champions
