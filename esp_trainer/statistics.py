@@ -30,7 +30,7 @@ def wilson(successes: int, n: int) -> Rate:
     share = successes / n
     centre = (share + _Z_95**2 / (2 * n)) / (1 + _Z_95**2 / n)
     half = _Z_95 / (1 + _Z_95**2 / n) * sqrt(share * (1 - share) / n + (_Z_95 / (2 * n)) ** 2)
-    return Rate(share, max(0.0, centre - half), min(1.0, centre + half))
+    return Rate(share, min(share, max(0.0, centre - half)), max(share, min(1.0, centre + half)))
 
 
 @dataclass(frozen=True)

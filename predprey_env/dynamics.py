@@ -124,21 +124,13 @@ def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig
     shape = (config.n_agents, 2)
     starts = generator.integers(0, config.size, size=(n_starts, *shape), dtype=np.int32)
     if config.start_collisions == "redraw":
-        redraw_collisions(generator, starts, config)
+        prey = starts[:, config.n_predators :]
+        while (met := on_a_predator(starts, config)).any():
+            prey[met] = generator.integers(0, config.size, size=(int(met.sum()), 2), dtype=np.int32)
     return starts
 
 
-def redraw_collisions(generator: np.random.Generator, starts: np.ndarray, config: EnvConfig) -> bool:
-    """Give every prey that starts in a predator's cell another one, in place; says whether there was any."""
-    prey = starts[:, config.n_predators :]
-    found = False
-    while (bad := _on_a_predator(starts, config)).any():
-        prey[bad] = generator.integers(0, config.size, size=(int(bad.sum()), 2), dtype=np.int32)
-        found = True
-    return found
-
-
-def _on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
+def on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
     """Which prey start in a predator's cell: bool ``(n_starts, n_prey)``."""
     cells = starts[..., 0] * config.size + starts[..., 1]
     predators, prey = cells[:, : config.n_predators], cells[:, config.n_predators :]

@@ -67,6 +67,8 @@ def _within(section: str, line: str, settings: type[BaseModel]) -> str:
     """The line of a nested section's own error, with the section's name."""
     if not section:
         return line
+    if line.startswith("unknown field "):
+        return line.replace("field ", f"field {section}.", 1).replace("mean ", f"mean {section}.", 1)
     dotted = f"{section}.{line}"
     return dotted if dotted.split()[0] in field_names(settings) else f"{section}: {line}"
 

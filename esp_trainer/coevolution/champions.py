@@ -73,7 +73,9 @@ def choose_champions(
     counts = [len(side.scores) if isinstance(side, Contenders) else 1 for side in (contenders[r] for r in ROLES)]
     which = dict(zip(ROLES, np.indices(counts).reshape(2, -1), strict=True))
     teams: dict[Role, Teams] = {role: _meet(contenders[role], which[role]) for role in ROLES}
-    starts = evaluator.starts.draw(generator, len(which["prey"]), config.n_episodes)
+    # Against a script, which is one opponent, as many episodes as against the other side's contenders.
+    n_episodes = config.n_episodes * (1 if len(evolving) == len(ROLES) else config.n_candidates)
+    starts = evaluator.starts.draw(generator, len(which["prey"]), n_episodes)
     result = evaluator.evaluate(TrialBatch(teams["predators"], teams["prey"], starts))
 
     champions: dict[Role, Champion] = {}

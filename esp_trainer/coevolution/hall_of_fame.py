@@ -25,6 +25,8 @@ class HallOfFame:
 
     def add(self, champion: np.ndarray) -> None:
         """Take in a champion team ``(n_agents, n_networks, n_hidden, n_genes)``."""
+        if champion.shape != self._store.shape[1:]:
+            raise ValueError(f"a champion must have shape {self._store.shape[1:]}, got {champion.shape}")
         if self._n == len(self._store):
             room = np.empty((max(16, 2 * self._n), *self._store.shape[1:]), self._store.dtype)
             room[: self._n] = self._store

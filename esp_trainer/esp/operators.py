@@ -66,7 +66,7 @@ def truncated_cauchy(generator: np.random.Generator, n: int, scale: float, limit
 
 def mutate(generator: np.random.Generator, children: np.ndarray, rate: float, scale: float, limit: float) -> None:
     """With probability ``rate``, change one random gene of a child, in place, by a Cauchy-distributed number."""
-    flat = children.reshape(-1, children.shape[-1])
-    mutants = np.flatnonzero(generator.random(len(flat)) < rate)
-    genes = generator.integers(0, flat.shape[1], len(mutants))
-    flat[mutants, genes] += truncated_cauchy(generator, len(mutants), scale, limit).astype(flat.dtype)
+    mutants = np.nonzero(generator.random(children.shape[:-1]) < rate)
+    genes = generator.integers(0, children.shape[-1], len(mutants[0]))
+    changes = truncated_cauchy(generator, len(genes), scale, limit)
+    children[(*mutants, genes)] += changes.astype(children.dtype)

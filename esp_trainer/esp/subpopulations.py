@@ -29,7 +29,7 @@ class Subpopulations:
             raise ValueError(f"genomes must have shape (agents, {', '.join(map(str, expected))}), got {genomes.shape}")
         self.config = config
         self.controller = controller
-        self.genomes = genomes
+        self.genomes = np.ascontiguousarray(genomes)  # bred in place, through other shapes
         self._asked: np.ndarray | None = None
 
     @classmethod

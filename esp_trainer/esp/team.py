@@ -63,7 +63,10 @@ class Team:
         for agent, seen in observations.items():
             if agent.startswith(other):
                 continue
-            row = int(agent.rpartition("_")[2])
+            number = agent.rpartition("_")[2]
+            if not number.isdecimal():
+                raise ValueError(f"{agent} must end in an underscore and the agent's number")
+            row = int(number)
             self._check(agent, row, len(seen))
             view = np.ascontiguousarray(seen, np.float32)
             actions[agent] = int(_decide(controller, weights, row * self.genomes[0].size, view, inputs, votes))

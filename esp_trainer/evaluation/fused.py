@@ -54,7 +54,11 @@ class FusedEvaluator:
         env, starts = self.env, np.require(batch.starts, np.int32, ["C", "W"])
         if starts.shape != self._shape(*starts.shape[:2]):
             raise ValueError(f"starts must have shape (trials, episodes, {env.n_agents}, 2), got {starts.shape}")
+        if starts.size and not 0 <= starts.min() <= starts.max() < env.size:
+            raise ValueError(f"starts must lie in [0, {env.size}), got {starts.min()} to {starts.max()}")
         n_trials, n_episodes = starts.shape[:2]
+        if n_episodes < 1:
+            raise ValueError("a trial needs at least one episode, got none")
         predators = _side(batch.predators, (n_trials, env.n_predators), env.n_predator_actions, 2 * env.n_prey)
         prey = _side(batch.prey, (n_trials, env.n_prey), env.n_prey_actions, 2 * env.n_predators)
         outcome = Outcome(
@@ -92,6 +96,9 @@ def _side(teams: Teams, expected: tuple[int, int], n_actions: int, n_seen: int) 
         )
     if teams.controller.wiring.max() >= n_seen:
         raise ValueError(f"networks must read entries below {n_seen}, got {teams.controller.wiring.max()}")
+    n_candidates = teams.genomes.shape[3]
+    if teams.indices.size and not 0 <= teams.indices.min() <= teams.indices.max() < n_candidates:
+        raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")
     # Read-only arrays are another type to Numba, and would be compiled for anew.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
     return Side(0, n_actions, teams.controller, genomes, np.require(teams.indices, np.int64, ["C", "W"]))

@@ -7,6 +7,7 @@ policy objects call.
 
 from __future__ import annotations
 
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,6 +67,7 @@ class Outcome(NamedTuple):
 def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
     """Memory for a thread to play blocks in."""
     n_agents = rules.n_predators + rules.n_prey
+    genes = [prod(side.indices.shape[1:]) * side.genomes.shape[-1] for side in (predators, prey)]
     most_inputs = max(predators.controller.n_inputs, prey.controller.n_inputs)
 
     def lanes(rows: int, kind: type) -> np.ndarray:
@@ -76,8 +78,8 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
         one=World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.zeros(rules.n_prey, np.int32)),
         clock=lanes(1, np.int32),
         actions=lanes(n_agents, np.int32),
-        predator_weights=lanes(predators.indices[0].size * predators.genomes.shape[-1], np.float32),
-        prey_weights=lanes(prey.indices[0].size * prey.genomes.shape[-1], np.float32),
+        predator_weights=lanes(genes[0], np.float32),
+        prey_weights=lanes(genes[1], np.float32),
         seen=lanes(2 * n_agents, np.float32),
         inputs=lanes(most_inputs + 1, np.float32),
         votes=lanes(max(predators.n_actions, prey.n_actions), np.float32),

@@ -50,6 +50,9 @@ class ReferenceEvaluator:
             role: [agent for agent in self.env.possible_agents if agent.startswith(prefix)]
             for role, prefix in zip(ROLES, teams, strict=True)
         }
+        for role, prefix in zip(ROLES, teams, strict=True):
+            if not self.agents[role]:
+                raise ValueError(f"no agent's name begins with {prefix!r}; there are {self.env.possible_agents}")
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from predprey_env.config import EnvConfig
-from predprey_env.dynamics import draw_starts, redraw_collisions
+from predprey_env.dynamics import draw_starts, on_a_predator
+
+_PATIENCE = 100  # draws before a start is given up
 
 
 class CellStarts:
@@ -41,8 +43,7 @@ class CellStarts:
         odd = np.insert(odd, config.n_predators, 0, axis=1)
         starts = _with_parities(starts, odd, config)
         if config.start_collisions == "redraw":
-            while redraw_collisions(generator, starts, config):
-                starts = _with_parities(starts, odd, config)
+            _part(generator, starts, odd, config)
         return starts[:, None]
 
     def even_predators(self, starts: np.ndarray) -> np.ndarray:
@@ -82,6 +83,23 @@ def distances(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
     predators, prey = starts[..., : config.n_predators, None, :], starts[..., None, config.n_predators :, :]
     apart = np.abs(predators - prey)
     return np.asarray(np.minimum(apart, config.size - apart).sum(axis=-1))
+
+
+def _part(generator: np.random.Generator, starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> None:
+    """Redraw prey that start in a predator's cell, in place; all agents, if predators fill every cell of a parity."""
+    tries = 0
+    while (met := on_a_predator(starts, config)).any():
+        tries += 1
+        again = met.any(axis=1)
+        fresh = starts[again]
+        if tries % _PATIENCE:
+            prey = fresh[:, config.n_predators :]
+            cells = generator.integers(0, config.size, prey.shape, dtype=prey.dtype)
+            cells[..., 0] ^= (cells.sum(axis=-1) + prey.sum(axis=-1)) & 1  # the parity that it had
+            prey[met[again]] = cells[met[again]]
+        else:
+            fresh = _with_parities(draw_starts(generator, len(fresh), config), odd[again], config)
+        starts[again] = fresh
 
 
 def _with_parities(starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> np.ndarray:

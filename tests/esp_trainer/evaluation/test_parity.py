@@ -1,0 +1,275 @@
+"""The compiled evaluator against the plain one: same starts, same teams, same trajectory, same fitness, bit for bit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.sides import new_sides
+from esp_trainer.config import RunConfig, SideConfig
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
+from esp_trainer.presets import PRESETS, preset
+from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
+from predprey_env import EnvConfig, PredPreyEnv
+from predprey_env.policies import ScriptedTeam
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from esp_trainer.types import Policy, Role, Teams
+
+
+class Switches(NamedTuple):
+    """What differs from three predators and two prey on a tiny torus, where captures abound."""
+
+    env: dict[str, Any] = {}  # noqa: RUF012  # never changed
+    predators: dict[str, Any] = {}  # noqa: RUF012
+    prey: dict[str, Any] = {}  # noqa: RUF012
+
+    def config(self) -> RunConfig:
+        return RunConfig(
+            env=EnvConfig(**{"size": 6, "max_cycles": 20, **self.env}),
+            predators=SideConfig(**self.predators),
+            prey=SideConfig(**self.prey),
+        )
+
+
+def both(**side: Any) -> Switches:
+    return Switches({}, side, side)
+
+
+VARIANTS = {
+    "default": Switches(),
+    "prey first": Switches({"move_order": "prey_first"}),
+    "prey first on an odd torus": Switches({"move_order": "prey_first", "size": 7, "predator_idle": False}),
+    "swaps": Switches({"swap_captures": True}),
+    "closeness to all": Switches({"closeness": "all"}),
+    "closeness of the nearest": Switches({"closeness": "nearest"}),
+    "individual credit": Switches({"credit": "individual"}),
+    "individual credit, closeness of the nearest": Switches({"credit": "individual", "closeness": "nearest"}),
+    "complementary prey": Switches({"prey_fitness": "complementary"}),
+    "no idling": Switches({"predator_idle": False}),
+    "collisions at the start": Switches({"start_collisions": "allow", "size": 3}),
+    "one prey": Switches({"n_prey": 1}),
+    "three prey": Switches({"n_prey": 3}),
+    "one predator": Switches({"n_predators": 1}),
+    "five predators": Switches({"n_predators": 5}),
+    "odd torus": Switches({"size": 5}),
+    "one step": Switches({"max_cycles": 1}),
+    "monolithic": both(controller="monolithic"),
+    "monolithic predators": Switches({}, {"controller": "monolithic"}, {}),
+    "bias": both(bias=True),
+    "linear": both(output="linear"),
+    "scaled": both(input_scale=0.2),
+    "skip": both(captured_vote="skip"),
+    "skip, linear, bias": both(captured_vote="skip", output="linear", bias=True),
+    "one hidden neuron": both(n_hidden=1),
+    "wide prey": Switches({}, {}, {"n_hidden": 30}),
+    "fixed prey": Switches({}, {}, {"policy": "flee_nearest"}),
+    "fixed prey first": Switches({"move_order": "prey_first"}, {}, {"policy": "flee_nearest"}),
+    "fixed predators": Switches({}, {"policy": "greedy_chase"}, {}),
+    "fixed predators, no idling": Switches({"predator_idle": False}, {"policy": "greedy_chase"}, {}),
+}
+
+
+def walk(env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray) -> np.ndarray:
+    """Everybody's cells at the start and after every time step, ``(steps + 1, n_agents, 2)``, read from the state."""
+    n = env.config.n_agents
+    calls_a_step = 2 if env.config.move_order == "prey_first" else 1
+
+    def cells() -> np.ndarray:
+        return env.state()[: 2 * n].reshape(2, n).T
+
+    observations, _ = env.reset(options={"starts": start})
+    path, calls = [cells()], 0
+    while env.agents:
+        hunters = {agent: seen for agent, seen in observations.items() if agent.startswith("predator")}
+        hunted = {agent: seen for agent, seen in observations.items() if agent.startswith("prey")}
+        observations, *_ = env.step({**predators.act(hunters), **prey.act(hunted)})
+        calls += 1
+        if calls % calls_a_step == 0:
+            path.append(cells())
+    return np.array(path)
+
+
+def policy(role: Role, teams: Teams, trial: int, n_actions: int) -> Policy:
+    if isinstance(teams, ScriptedTeams):
+        return ScriptedTeam(teams.script, n_actions)
+    return team_of_trial(role, teams, trial)
+
+
+def assert_same_results(fused: TrialResult, reference: TrialResult) -> None:
+    assert np.array_equal(fused.steps, reference.steps)
+    assert np.array_equal(fused.captured, reference.captured)
+    assert fused.fitness.tobytes() == reference.fitness.tobytes()
+
+
+def assert_same_walks(config: EnvConfig, batch: TrialBatch) -> None:
+    trace = FusedEvaluator(config, threads=1).trace(batch)
+    env = PredPreyEnv(config)
+    for trial in range(len(batch.starts)):
+        predators = policy("predators", batch.predators, trial, config.n_predator_actions)
+        prey = policy("prey", batch.prey, trial, config.n_prey_actions)
+        for episode, start in enumerate(batch.starts[trial]):
+            path = walk(env, predators, prey, start)
+            assert np.array_equal(trace[trial, episode, : len(path)], path)
+            assert (trace[trial, episode, len(path) :] == -1).all()
+
+
+def assert_parity(config: EnvConfig, batch: TrialBatch) -> TrialResult:
+    result = FusedEvaluator(config, threads=1).evaluate(batch)
+    assert_same_results(result, predprey_reference(config).evaluate(batch))
+    assert_same_walks(config, batch)
+    return result
+
+
+def marked(name: str) -> Any:
+    other_actions = not VARIANTS[name].env.get("predator_idle", True)  # another number of actions is compiled for
+    return pytest.param(name, marks=pytest.mark.slow if other_actions else ())
+
+
+@pytest.mark.parametrize("name", [marked(name) for name in VARIANTS])
+def test_every_switch_plays_the_same_in_both(name: str, random_batch: Callable[..., TrialBatch]):
+    config = VARIANTS[name].config()
+    assert_parity(config.env, random_batch(config, n_trials=53, n_episodes=2, seed=len(name)))
+
+
+def test_tiny_worlds_hold_all_outcomes(random_batch: Callable[..., TrialBatch]):
+    """Else the tests above would compare little."""
+    config = VARIANTS["default"].config()
+    result = FusedEvaluator(config.env).evaluate(random_batch(config, 200, 2))
+    n_caught = result.captured.sum(axis=-1)
+    assert all((n_caught == k).sum() > 20 for k in range(3))
+    assert len(np.unique(result.steps)) > 10
+    assert len(np.unique(result.fitness)) > 30
+
+
+@pytest.mark.parametrize("name", [name for name in PRESETS if name != "smoke"])
+def test_presets_play_the_same_on_their_own_worlds(name: str, random_batch: Callable[..., TrialBatch]):
+    config = preset(name)
+    assert_parity(config.env, random_batch(config, n_trials=7))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_play_the_same_on_a_tiny_world(name: str, random_batch: Callable[..., TrialBatch]):
+    config = preset(name)
+    config = config.replace(env=config.env.replace(size=6, max_cycles=20))
+    assert_parity(config.env, random_batch(config, n_trials=19, n_episodes=2))
+
+
+@pytest.mark.parametrize("env", [EnvConfig(size=5, max_cycles=20), EnvConfig(size=5, move_order="prey_first")])
+def test_two_scripts_play_the_same(env: EnvConfig, random_batch: Callable[..., TrialBatch]):
+    starts = random_batch(RunConfig(env=env), 33, 2).starts
+    assert_parity(env, TrialBatch(ScriptedTeams("greedy_chase"), ScriptedTeams("flee_nearest"), starts))
+
+
+SIDES = st.builds(
+    SideConfig,
+    controller=st.sampled_from(["split", "monolithic"]),
+    n_hidden=st.integers(1, 12),
+    bias=st.booleans(),
+    output=st.sampled_from(["logistic", "linear"]),
+    input_scale=st.sampled_from([1.0, 0.3, 0.02]),
+    captured_vote=st.sampled_from(["zero", "skip"]),
+)
+WORLDS = st.builds(
+    EnvConfig,
+    n_predators=st.integers(1, 4),
+    n_prey=st.integers(1, 3),
+    size=st.integers(3, 8),
+    max_cycles=st.integers(1, 25),
+    move_order=st.sampled_from(["simultaneous", "prey_first"]),
+    swap_captures=st.booleans(),
+    start_collisions=st.sampled_from(["redraw", "allow"]),
+    predator_idle=st.booleans(),
+    closeness=st.sampled_from(["uncaught", "all", "nearest"]),
+    credit=st.sampled_from(["team", "individual"]),
+    prey_fitness=st.sampled_from(["lifespan", "complementary"]),
+)
+
+
+@pytest.mark.slow
+@settings(max_examples=60)
+@given(
+    env=WORLDS,
+    predators=SIDES,
+    prey=SIDES,
+    n_trials=st.integers(1, 20),
+    n_episodes=st.integers(1, 3),
+    seed=st.integers(0, 1000),
+)
+def test_any_combination_of_switches_plays_the_same_in_both(
+    env: EnvConfig,
+    predators: SideConfig,
+    prey: SideConfig,
+    n_trials: int,
+    n_episodes: int,
+    seed: int,
+    random_batch: Callable[..., TrialBatch],
+):
+    config = RunConfig(env=env, predators=predators, prey=prey)
+    assert_parity(env, random_batch(config, n_trials, n_episodes, seed))
+
+
+@pytest.mark.parametrize("move_order", ["simultaneous", "prey_first"])
+def test_the_world_goes_on_the_same_where_caught_prey_are_removed(
+    move_order: str, random_batch: Callable[..., TrialBatch]
+):
+    config = Switches({"n_prey": 3, "captured_prey": "removed", "move_order": move_order}).config()
+    batch = random_batch(config, n_trials=33)
+    assert 0 < FusedEvaluator(config.env).evaluate(batch).captured.mean() < 1
+    assert_same_walks(config.env, batch)
+
+
+@pytest.mark.parametrize("switch", [{"reward": "dense"}, {"captured_prey": "removed"}])
+def test_switches_of_the_environment_alone_do_not_change_results(
+    switch: dict[str, Any], random_batch: Callable[..., TrialBatch]
+):
+    config = VARIANTS["default"].config()
+    batch = random_batch(config, 17)
+    expected = FusedEvaluator(config.env, threads=1).evaluate(batch)
+    world = config.env.replace(**switch)
+    assert_same_results(FusedEvaluator(world, threads=1).evaluate(batch), expected)
+    assert_same_results(predprey_reference(world).evaluate(batch), expected)
+
+
+@pytest.mark.parametrize("move_order", ["simultaneous", "prey_first"])
+def test_evolved_teams_play_the_same_in_both(move_order: Any):
+    config = preset("smoke")
+    config = config.replace(env=config.env.replace(move_order=move_order))
+    evaluator = FusedEvaluator(config.env)
+    coevolution = Coevolution(config, new_sides(config), evaluator)
+    generations = [coevolution.step(number) for number in range(8)]
+    generator = np.random.default_rng(1)
+    drawn = {role: side.subpopulations.draw(generator, 24) for role, side in coevolution.evolving.items()}
+    starts = evaluator.starts.draw(generator, 24, 2)
+    result = assert_parity(config.env, TrialBatch(drawn["predators"], drawn["prey"], starts))
+    assert 0 < result.captured.mean() < 1
+    for generation in generations[-2:]:
+        champions = {role: champion.as_teams(18) for role, champion in generation.champions.items()}
+        assert_parity(config.env, TrialBatch(champions["predators"], champions["prey"], starts[:18]))
+
+
+def test_evolution_does_not_know_which_evaluator_ran():
+    config = preset("smoke")
+    config = config.replace(
+        env=config.env.replace(size=6, max_cycles=15),
+        esp=config.esp.replace(n_trials=20, n_episodes=1),
+        champion=config.champion.replace(n_candidates=2, n_held_out=8),
+    )
+    runs = [
+        Coevolution(config, new_sides(config), evaluator)
+        for evaluator in (FusedEvaluator(config.env), predprey_reference(config.env))
+    ]
+    for number in range(3):
+        fused, reference = (run.step(number) for run in runs)
+        assert fused.held_out == reference.held_out
+        for role in runs[0].evolving:
+            genomes = [run.evolving[role].subpopulations.genomes.tobytes() for run in runs]
+            assert genomes[0] == genomes[1]

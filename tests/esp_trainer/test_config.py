@@ -1,0 +1,135 @@
+"""Settings that fit together, and errors of one clear line."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from predprey_env import EnvConfig
+from predprey_env.settings import field_names
+
+
+def refusal(fields: dict[str, Any]) -> str:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011  # the callers look at the line
+        RunConfig.from_dict(fields)
+    line = str(caught.value)
+    assert "\n" not in line
+    return line
+
+
+@pytest.mark.parametrize(
+    ("fields", "line"),
+    [
+        ({"esp": {"n_trials": 0}}, "esp.n_trials must be at least 1, got 0"),
+        ({"esp": {"subpopulation_size": 3}}, "esp.subpopulation_size must be at least 4, got 3"),
+        ({"esp": {"mutation_rate": 1.5}}, "esp.mutation_rate must be at most 1.0, got 1.5"),
+        ({"esp": {"n_episodes": 2.5}}, "esp.n_episodes must be an integer, got 2.5"),
+        ({"esp": {"n_episodes": "6"}}, "esp.n_episodes must be an integer, got '6'"),
+        ({"esp": {"mutation_scale": 0.0}}, "esp.mutation_scale must be greater than 0.0, got 0.0"),
+        ({"predators": {"input_scale": -1.0}}, "predators.input_scale must be greater than 0.0, got -1.0"),
+        ({"prey": {"n_hidden": 0}}, "prey.n_hidden must be at least 1, got 0"),
+        ({"champion": {"n_candidates": 0}}, "champion.n_candidates must be at least 1, got 0"),
+        ({"env": {"size": 2}}, "env.size must be at least 3, got 2"),
+        ({"generations": 0}, "generations must be at least 1, got 0"),
+        ({"seed": -1}, "seed must be at least 0, got -1"),
+        ({"seed": 2**63}, f"seed must be less than {2**63}, got {2**63}"),
+        ({"seed": True}, "seed must be an integer, got True"),
+        ({"prey": {"output": "tanh"}}, "prey.output must be 'logistic' or 'linear', got 'tanh'"),
+        ({"prey": {"bias": 1}}, "prey.bias must be a boolean, got 1"),
+    ],
+)
+def test_a_field_out_of_range_is_refused_with_its_section(fields: dict[str, Any], line: str):
+    assert refusal(fields) == line
+
+
+@pytest.mark.parametrize(
+    ("fields", "line"),
+    [
+        ({"esp": {"n_trails": 5}}, "unknown field esp.n_trails; did you mean esp.n_trials?"),
+        ({"n_trials": 5}, "unknown field n_trials; did you mean esp.n_trials?"),
+        ({"predators": {"hidden": 5}}, "unknown field predators.hidden; did you mean predators.n_hidden?"),
+        ({"zzz": 1}, "unknown field zzz"),
+    ],
+)
+def test_an_unknown_field_is_refused_with_the_nearest_name(fields: dict[str, Any], line: str):
+    assert refusal(fields) == line
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+@pytest.mark.parametrize("field", ["mutation_scale", "init_range", "mutation_limit", "burst_scale", "elite_share"])
+def test_numbers_that_are_not_finite_are_refused(field: str, value: float):
+    assert refusal({"esp": {field: value}}).startswith(f"esp.{field} must be ")
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"esp": {"hof_mates": 26}}, ["esp", "hof_mates must be at most the 25 breeding pairs, got 26"]),
+        ({"esp": {"subpopulation_size": 4, "elite_share": 0.1}}, ["esp", "must select a neuron of 4, got 0.1"]),
+        ({"env": {"size": 3, "n_predators": 9}}, ["env", "agents need at least as many cells, got size=3"]),
+        ({"predators": {"policy": "flee_nearest"}}, ["predators.policy must be 'esp' or 'greedy_chase', got"]),
+        ({"prey": {"policy": "greedy_chase"}}, ["prey.policy must be 'esp' or 'flee_nearest', got 'greedy_chase'"]),
+        (
+            {"predators": {"policy": "greedy_chase"}, "prey": {"policy": "flee_nearest"}},
+            ["predators.policy and prey.policy", "'esp'", "got two scripts"],
+        ),
+    ],
+)
+def test_fields_that_do_not_fit_together_are_refused(fields: dict[str, Any], words: list[str]):
+    line = refusal(fields)
+    assert all(part in line for part in words)
+
+
+def test_a_section_that_is_no_mapping_is_refused():
+    assert refusal({"esp": 5}).startswith("esp must be ")
+
+
+def test_hof_mates_may_be_all_pairs_and_none():
+    assert EspConfig(hof_mates=25).hof_mates == EspConfig().n_elite
+    assert EspConfig(hof_mates=0).hof_mates == 0
+
+
+@pytest.mark.parametrize(
+    ("share", "size", "n_elite"),
+    [(0.25, 100, 25), (0.29, 100, 29), (0.25, 4, 1), (0.25, 7, 1), (1 / 3, 100, 33), (1 / 3, 9, 3), (0.07, 100, 7)],
+)
+def test_the_elite_is_the_share_of_the_subpopulation(share: float, size: int, n_elite: int):
+    assert EspConfig(elite_share=share, subpopulation_size=size, hof_mates=0).n_elite == n_elite
+
+
+@given(st.integers(4, 1000), st.floats(0.25, 1 / 3))
+def test_an_elite_and_its_children_fit_into_a_subpopulation(size: int, share: float):
+    assert 3 * EspConfig(subpopulation_size=size, elite_share=share, hof_mates=0).n_elite <= size
+
+
+def test_settings_cannot_be_changed():
+    with pytest.raises(ValueError, match="frozen"):
+        EspConfig().n_trials = 5  # type: ignore[misc]
+
+
+def test_a_config_survives_json():
+    config = RunConfig(
+        seed=2**63 - 1,
+        env=EnvConfig(size=101),
+        predators=SideConfig(input_scale=0.2),
+        esp=EspConfig(pairing="mixed"),
+        champion=ChampionConfig(method="argmax"),
+    )
+    assert RunConfig.from_dict(json.loads(json.dumps(config.model_dump()))) == config
+
+
+def test_replaced_settings_are_validated():
+    with pytest.raises(ValueError, match="n_trials must be at least 1, got 0"):
+        EspConfig().replace(n_trials=0)
+
+
+def test_every_field_says_what_it_is():
+    for settings in (RunConfig, EspConfig, SideConfig, ChampionConfig):
+        for name, field in settings.model_fields.items():
+            assert field.description, f"{settings.__name__}.{name}"
+    assert "esp.n_trials" in field_names(RunConfig)
