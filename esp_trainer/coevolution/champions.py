@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from esp_trainer.config import ChampionConfig
-from esp_trainer.esp.team import as_candidates, pick
+from esp_trainer.esp.team import as_candidates, in_every_trial, pick
 from esp_trainer.types import (
     ROLES,
     Controller,
@@ -49,8 +49,7 @@ class Champion:
 
     def as_teams(self, n_trials: int) -> EvolvedTeams:
         """The champion in every trial of a batch."""
-        indices = np.zeros((n_trials, *self.genomes.shape[:3]), np.int64)
-        return EvolvedTeams(self.controller, self.genomes[:, :, :, None], indices)
+        return in_every_trial(self.controller, self.genomes, n_trials)
 
 
 def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contenders:

@@ -82,8 +82,7 @@ class Team:
 
     def as_teams(self, n_trials: int) -> EvolvedTeams:
         """This team in every trial of a batch."""
-        indices = np.zeros((n_trials, *self.genomes.shape[:3]), np.int64)
-        return EvolvedTeams(self.controller, self.genomes[:, :, :, None], indices)
+        return in_every_trial(self.controller, self.genomes, n_trials)
 
     def save(self, path: Path | str) -> None:
         """Write the team to a file of its own."""
@@ -120,6 +119,11 @@ def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
     """
     agent, network, neuron = np.ogrid[tuple(slice(n) for n in teams.indices.shape[1:])]
     return np.asarray(teams.genomes[agent, network, neuron, teams.indices[trials]])
+
+
+def in_every_trial(controller: Controller, genomes: np.ndarray, n_trials: int) -> EvolvedTeams:
+    """One team ``(n_agents, n_networks, n_hidden, n_genes)`` for all trials of a batch."""
+    return EvolvedTeams(controller, genomes[:, :, :, None], np.zeros((n_trials, *genomes.shape[:3]), np.int64))
 
 
 def as_candidates(genomes: np.ndarray) -> np.ndarray:
