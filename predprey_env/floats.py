@@ -14,6 +14,10 @@ from predprey_env.lanes import FLOATS, LANES, Lanes, is_lanes, row_pointer, spre
 
 _I32 = ir.IntType(32)
 
+ROUNDER = np.float32(1.5 * 2**23 + 127)
+"""Added to a number below 2**22 it rounds it to an integer, which it leaves, biased as an exponent is, in the lowest
+bits; taken off again it leaves the integer."""
+
 
 def _llvm(builder: Any, name: str, *values: Any) -> Any:
     """Call an LLVM floating-point intrinsic, on numbers or on vectors."""
@@ -64,40 +68,26 @@ def _fma_overload(a, b, c):
     return lambda a, b, c: _fma(a, b, c)
 
 
-def nearest_integer(a: Any) -> Any:
-    """The integer nearest to a 32-bit float, as a float; halves go to the even one."""
-    return np.rint(a)
+def power_of_two(shifted: Any) -> Any:
+    """``2 ** n`` of a 32-bit float that holds ``n`` in its lowest bits: the sum of :data:`ROUNDER` and a number that is
+    ``n`` when rounded, in [-126, 127].
+    """
+    return np.left_shift(np.float32(shifted).view(np.int32), np.int32(23)).view(np.float32)
 
 
 @intrinsic
-def _nearest_integer(_context, a):
-    return a(a), lambda _context, builder, _signature, arguments: _llvm(builder, "rint", arguments[0])
-
-
-@overload(nearest_integer)
-def _nearest_integer_overload(a):
-    return lambda a: _nearest_integer(a)
-
-
-def power_of_two(exponent: Any) -> Any:
-    """``2 ** exponent`` for a float that holds an integer in [-126, 127]; exact."""
-    return np.float32(2.0) ** np.float32(exponent)
-
-
-@intrinsic
-def _power_of_two(_context, exponent):
+def _power_of_two(_context, shifted):
     def codegen(_context, builder, _signature, arguments):
         kind = arguments[0].type
         bits = _as_integers(kind)
-        biased = builder.add(builder.fptosi(arguments[0], bits), _constant(bits, 127))
-        return builder.bitcast(builder.shl(biased, _constant(bits, 23)), kind)
+        return builder.bitcast(builder.shl(builder.bitcast(arguments[0], bits), _constant(bits, 23)), kind)
 
-    return exponent(exponent), codegen
+    return shifted(shifted), codegen
 
 
 @overload(power_of_two)
-def _power_of_two_overload(exponent):
-    return lambda exponent: _power_of_two(exponent)
+def _power_of_two_overload(shifted):
+    return lambda shifted: _power_of_two(shifted)
 
 
 def as_float(a: Any) -> Any:

@@ -10,12 +10,12 @@ import numpy as np
 
 from esp_trainer.types import Controller
 from predprey_env.compilation import rule
-from predprey_env.floats import add_products, fma, nearest_integer, power_of_two, zeros
+from predprey_env.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.lanes import load, store, where
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 LOG2_E = np.float32(1.4426950408889634)
-SATURATED = np.float32(64.0)
+BOUND = np.float32(44.0)
 # Minimax coefficients of 2**f on [-1/2, 1/2] (Remez); relative error below 2e-7.
 _C1, _C2, _C3 = np.float32(0.693146944), np.float32(0.240221202), np.float32(0.055507131)
 _C4, _C5 = np.float32(0.009675541), np.float32(0.001327647)
@@ -25,16 +25,15 @@ _C4, _C5 = np.float32(0.009675541), np.float32(0.001327647)
 def logistic(z: Any) -> Any:
     """``1 / (1 + exp(-z))`` in 32-bit floats without a library call; off by less than 2e-7.
 
-    Inputs beyond 64 / log2(e), about 44, count as that bound: the true value differs from 0 or 1 by less than 1e-19
-    there, and smaller activations would lead to denormal products, which are twenty times slower.
+    Inputs beyond 44 count as that bound: the true value differs from 0 or 1 by less than 1e-19 there, and smaller
+    activations would lead to denormal products, which are twenty times slower.
     """
-    exponent = ZERO - z * LOG2_E
-    exponent = where(exponent < -SATURATED, -SATURATED, exponent)
-    exponent = where(exponent > SATURATED, SATURATED, exponent)
-    whole = nearest_integer(exponent)
-    f = exponent - whole
+    z = where(z < -BOUND, -BOUND, z)
+    z = where(z > BOUND, BOUND, z)
+    shifted = fma(z, -LOG2_E, ROUNDER)
+    f = fma(z, -LOG2_E, ROUNDER - shifted)
     power = fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
-    return ONE / (ONE + power * power_of_two(whole))
+    return ONE / fma(power, power_of_two(shifted), ONE)
 
 
 @rule

@@ -72,8 +72,9 @@ class Trainer:
             while self.done < self.config.generations and not self._stopping:
                 generation = self.coevolution.step(self.done)
                 begun = perf_counter()
-                self._save_champions(generation)
-                metrics.append(_record(generation))
+                held_out = generation.held_out.as_dict()
+                self._save_champions(generation, held_out)
+                metrics.append(_record(generation, held_out))
                 self.done += 1
                 if self.done % self.config.checkpoint_every == 0:
                     self._save_checkpoint(metrics)
@@ -94,7 +95,7 @@ class Trainer:
         save_checkpoint(self.directory.checkpoint_file, self.config, self.coevolution.sides, self.done)
         sync_directory(self.directory.path)
 
-    def _save_champions(self, generation: Generation) -> None:
+    def _save_champions(self, generation: Generation, held_out: dict[str, Any]) -> None:
         config = self.config
         for role, champion in generation.champions.items():
             provenance = {
@@ -104,14 +105,15 @@ class Trainer:
                 "env": config.env.model_dump(),
                 "method": config.champion.method,
                 "score": champion.score,
-                "held_out": generation.held_out.as_dict(),
+                "held_out": held_out,
             }
             n_seen = champion.controller.wiring.size  # every offset that there is
-            team = Team(role, side_config(config, role), champion.controller, champion.genomes, provenance, n_seen)
+            side = side_config(config, role)
+            team = Team(role, side, champion.controller, champion.genomes, provenance, n_seen)
             team.save(self.directory.champion_file(role, generation.number))
 
 
-def _record(generation: Generation) -> dict[str, Any]:
+def _record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
     """A line of ``metrics.jsonl``."""
     return {
         "generation": generation.number,
@@ -120,5 +122,5 @@ def _record(generation: Generation) -> dict[str, Any]:
             for role, t in generation.trials.items()
         },
         "champions": {role: champion.score for role, champion in generation.champions.items()},
-        "held_out": generation.held_out.as_dict(),
+        "held_out": held_out,
     }

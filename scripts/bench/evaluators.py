@@ -1,0 +1,136 @@
+"""One generation's trials, played by the trainer's evaluator and by everything that it is compared with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench import lockstep, scalar
+from bench.report import Row, at_least
+from bench.timing import measure, side_by_side
+from bench.workload import Scale, config_of, first_generation
+from esp_trainer.config import RunConfig
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
+from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from predprey_env import PredPreyEnv
+
+MOST_DIFFERENT = 0.05
+"""Share of episodes that may end otherwise: another logistic decides near ties otherwise, and worlds part ways."""
+FITNESS_TOLERANCE, CAUGHT_TOLERANCE = 0.25, 0.01
+
+
+def rows(scale: Scale) -> list[Row]:
+    """CPU seconds of each, and how many times those of the fused kernel they are."""
+    config, linear = config_of(scale), config_of(scale, "linear")
+    batch, linear_batch = first_generation(config), first_generation(linear)
+    one, two = FusedEvaluator(config.env, threads=1), FusedEvaluator(config.env, threads=2)
+    fused = one.evaluate(batch)
+    check_agreement("two threads", two.evaluate(batch), fused)
+    check_agreement("scalar Numba", scalar.play(config.env, batch), fused)
+    check_agreement("NumPy lockstep", lockstep.play(config.env, batch), fused)
+
+    taken = side_by_side(
+        {
+            "fused": lambda: one.evaluate(batch),
+            "linear": lambda: one.evaluate(linear_batch),
+            "scalar": lambda: scalar.play(config.env, batch),
+            "lockstep": lambda: lockstep.play(config.env, batch),
+        },
+        scale.repetitions,
+    )
+    base = taken["fused"].cpu
+    by_threads = side_by_side({"1": lambda: one.evaluate(batch), "2": lambda: two.evaluate(batch)}, scale.repetitions)
+    threads, speedup = by_threads["2"], by_threads["1"].wall / by_threads["2"].wall
+    n_reference, reference = _reference(config, batch, fused, scale)
+    n_played, n_asked = fused.steps.size, int(fused.steps.sum())
+
+    def against(name: str, cpu: float, target: float) -> Row:
+        return Row(name, f"{cpu:.3g} CPU-s", f"{cpu / base:,.1f} x fused", f"≥ {target:,.0f} x", cpu / base >= target)
+
+    limit = 0.10
+    parts = _parts(scale, batch)
+    return [
+        Row(f"`fused`, {n_played:,} episodes of {n_asked:,} steps in all, one thread", f"{base:.4f} CPU-s"),
+        Row(
+            "the same with linear outputs (stretch)",
+            f"{taken['linear'].cpu:.4f} CPU-s",
+            f"{taken['linear'].cpu / base:.2f} x fused",
+            f"≤ {limit:.2f} CPU-s",
+            taken["linear"].cpu <= limit,
+        ),
+        Row(
+            "`fused`, two threads",
+            f"{threads.wall:.4f} s wall, {threads.cpu:.4f} CPU-s",
+            f"one thread's wall {speedup:.2f} x",
+            "≥ 1.8 x",
+            at_least(speedup, 1.8),
+        ),
+        against("scalar Numba loops", taken["scalar"].cpu, 5),
+        against("NumPy lockstep", taken["lockstep"].cpu, 8),
+        against(f"`reference`, extrapolated from {n_reference} episodes", reference, 1000),
+        *[Row(f"- of `fused`: {name}", f"{cpu:.4f} CPU-s", f"{cpu / base:.2f} x fused") for name, cpu in parts.items()],
+        *_reference_parts(config, batch),
+    ]
+
+
+def _parts(scale: Scale, batch: TrialBatch) -> dict[str, float]:
+    """CPU seconds of the same trials with less to do, which say where the time goes."""
+    config = config_of(scale)
+    slim = {side: getattr(config, side).replace(n_hidden=1) for side in ("predators", "prey")}
+    one = FusedEvaluator(config.env, threads=1)
+    scripts = TrialBatch(ScriptedTeams("greedy_chase"), ScriptedTeams("flee_nearest"), batch.starts)
+    slim_batch = first_generation(config.replace(**slim))
+    taken = side_by_side(
+        {
+            "scripts instead of networks": lambda: one.evaluate(scripts),
+            "one hidden neuron": lambda: one.evaluate(slim_batch),
+        },
+        scale.repetitions,
+    )
+    return {name: timing.cpu for name, timing in taken.items()}
+
+
+def _reference_parts(config: RunConfig, batch: TrialBatch) -> list[Row]:
+    """What a step of the reference evaluator is made of."""
+    env = PredPreyEnv(config.env)
+    teams = [team_of_trial("predators", batch.predators, 0), team_of_trial("prey", batch.prey, 0)]
+    observations, _ = env.reset(options={"starts": batch.starts[0, 0]})
+    actions = teams[0].act(observations) | teams[1].act(observations)
+    n_steps = 1000
+    env.max_cycles = 100 * n_steps
+    stepping = measure(lambda: [env.step(actions) for _ in range(n_steps)]).cpu / n_steps
+    acting = measure(lambda: [team.act(observations) for _ in range(n_steps) for team in teams]).cpu / n_steps
+    return [
+        Row("- of a step of `reference`: the environment", f"{1e6 * stepping:.1f} us"),
+        Row("- of a step of `reference`: five agents' networks", f"{1e6 * acting:.1f} us"),
+    ]
+
+
+def check_agreement(name: str, result: TrialResult, fused: TrialResult) -> None:
+    """Raise :class:`RuntimeError` if another evaluator did not do the same work."""
+    same = (result.captured == fused.captured).all(axis=-1) & (result.steps == fused.steps)
+    fitness = np.abs(result.fitness.mean(axis=(0, 1)) - fused.fitness.mean(axis=(0, 1))).max()
+    caught = abs(float(result.captured.mean() - fused.captured.mean()))
+    if same.mean() < 1 - MOST_DIFFERENT or fitness > FITNESS_TOLERANCE or caught > CAUGHT_TOLERANCE:
+        raise RuntimeError(
+            f"{name} must play as fused does; {same.mean():.1%} of its episodes end the same, "
+            f"mean fitness is off by {fitness:.3f}, share of prey caught by {caught:.4f}"
+        )
+
+
+def _reference(config: RunConfig, batch: TrialBatch, fused: TrialResult, scale: Scale) -> tuple[int, float]:
+    """How many episodes the reference evaluator played, and its CPU seconds for as many steps as the others played."""
+    few = scale.reference_trials
+    evaluator = predprey_reference(config.env)
+    sample = TrialBatch(_first(batch.predators, few), _first(batch.prey, few), batch.starts[:few, :1])
+    expected = TrialResult(fused.fitness[:few, :1], fused.captured[:few, :1], fused.steps[:few, :1])
+    check_agreement("reference", evaluator.evaluate(sample), expected)
+    seconds = measure(lambda: evaluator.evaluate(sample))
+    return few, seconds.cpu * float(fused.steps.sum() / expected.steps.sum())
+
+
+def _first(teams: Teams, n_trials: int) -> Teams:
+    """The teams of the first trials."""
+    if not isinstance(teams, EvolvedTeams):
+        return teams
+    return EvolvedTeams(teams.controller, teams.genomes, teams.indices[:n_trials])

@@ -1,0 +1,54 @@
+"""How much is measured, and the trials of one generation, drawn as the trainer draws them."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+from esp_trainer.coevolution.sides import EvolvingSide, new_sides
+from esp_trainer.config import RunConfig
+from esp_trainer.evaluation.starts import CellStarts
+from esp_trainer.presets import preset
+from esp_trainer.seeding import stream
+from esp_trainer.types import EvolvedTeams, Role, TrialBatch
+
+PRESET = "paper-3v2"
+
+
+class Scale(NamedTuple):
+    """Sizes of the measurements."""
+
+    n_trials: int
+    n_episodes: int
+    repetitions: int
+    reference_trials: int
+    """Trials, of one episode each, that the reference evaluator plays."""
+    env_steps: int
+    generations: int
+    warm_generations: int
+    memory_generations: int
+
+
+FULL = Scale(1000, 6, 9, 16, 20_000, 40, 5, 40)
+QUICK = Scale(32, 2, 1, 2, 300, 4, 1, 2)
+"""Enough to see that everything runs; its figures mean nothing."""
+
+
+def config_of(scale: Scale, output: Literal["logistic", "linear"] = "logistic") -> RunConfig:
+    """The preset at a scale; at full scale it is the preset itself, but for the activation of the outputs."""
+    whole = preset(PRESET)
+    return whole.replace(
+        esp=whole.esp.replace(n_trials=scale.n_trials, n_episodes=scale.n_episodes),
+        predators=whole.predators.replace(output=output),
+        prey=whole.prey.replace(output=output),
+    )
+
+
+def first_generation(config: RunConfig) -> TrialBatch:
+    """The trials of a run's first generation: teams drawn from random subpopulations, random starts."""
+    esp, teams = config.esp, dict[Role, EvolvedTeams]()
+    for role, side in new_sides(config).items():
+        if not isinstance(side, EvolvingSide):
+            raise ValueError(f"{role} must evolve, got a script")
+        teams[role] = side.subpopulations.draw(stream(config.seed, f"{role} ask"), esp.n_trials)
+    starts = CellStarts(config.env).draw(stream(config.seed, "starts"), esp.n_trials, esp.n_episodes)
+    return TrialBatch(teams["predators"], teams["prey"], starts)
