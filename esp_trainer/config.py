@@ -28,7 +28,7 @@ class SideConfig(Settings):
     output: Literal["logistic", "linear"] = "logistic"
     """Activation of the output neurons."""
 
-    input_scale: float = Field(default=1.0, gt=0, le=1e6)
+    input_scale: float = Field(default=1.0, ge=1e-6, le=1e6)
     """Factor on the offsets that a network reads, in 1/cells; 1 feeds raw cells."""
 
     captured_vote: Literal["zero", "skip"] = "zero"
@@ -53,7 +53,7 @@ class EspConfig(Settings):
     pairing: Literal["cosample", "previous_champion", "hall_of_fame", "mixed"] = "cosample"
     """Whom a trial's team meets: the other side's team of the same trial, so that the same episodes score both; the
     other side's last champion; a champion drawn from its hall of fame; or, half the time each, a drawn team or a
-    champion."""
+    champion. The first generation, without champions yet, is sampled together; against a script this does nothing."""
 
     elite_share: float = Field(default=0.25, gt=0, le=1 / 3)
     """Share of each subpopulation that breeds; its children, two a pair, replace the worst."""
@@ -74,7 +74,8 @@ class EspConfig(Settings):
     """Changes larger than this are drawn again."""
 
     burst_after: int = Field(default=0, ge=0)
-    """Generations without a better champion after which all subpopulations start again around it; 0 for never."""
+    """Generations without a higher champion score after which all subpopulations start again around the last champion;
+    0 for never."""
 
     burst_scale: float = Field(default=0.3, gt=0, le=1e6)
     """Scale of the Cauchy-distributed spread around the champion after a burst."""

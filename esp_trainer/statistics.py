@@ -15,7 +15,7 @@ _Z_95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Rate:
-    """A share of episodes with its 95% Wilson interval."""
+    """A share with its 95% Wilson interval."""
 
     rate: float
     low: float
@@ -26,8 +26,11 @@ class Rate:
 
 
 def wilson(successes: int, n: int) -> Rate:
-    """The share of successes and its 95% score interval (Wilson 1927)."""
-    share = successes / n
+    """The share of successes among ``n`` and its 95% score interval (Wilson 1927)."""
+    return _around(successes / n, n)
+
+
+def _around(share: float, n: int) -> Rate:
     centre = (share + _Z_95**2 / (2 * n)) / (1 + _Z_95**2 / n)
     half = _Z_95 / (1 + _Z_95**2 / n) * sqrt(share * (1 - share) / n + (_Z_95 / (2 * n)) ** 2)
     return Rate(share, min(share, max(0.0, centre - half)), max(share, min(1.0, centre + half)))
@@ -43,14 +46,17 @@ class Captures:
     prey_succeed: Rate
     """No prey caught."""
     caught: Rate
-    """Prey caught, of all prey of all episodes."""
+    """Prey caught, of all prey of all episodes. As those of one episode are not caught independently, the interval is
+    that of as many trials as there are episodes: wide enough even if they always share their fate."""
     caught_by_even: list[Rate | None]
     """The same by how many predators started at an even Manhattan distance from the prey, 0 to all; None where no prey
     did."""
     steps: float
     """Mean length of an episode."""
     predator_fitness: float
+    """Mean over predators and episodes."""
     prey_fitness: float
+    """Mean over prey and episodes."""
 
     def as_dict(self) -> dict[str, Any]:
         """JSON values."""
@@ -66,13 +72,14 @@ def count_captures(result: TrialResult, even: np.ndarray, n_predators: int) -> C
         n_predators: Predators in the team.
     """
     captured = result.captured.reshape(-1, result.captured.shape[-1])
-    by_even = [captured[even.reshape(captured.shape) == k] for k in range(n_predators + 1)]
+    strata = [even.reshape(captured.shape) == k for k in range(n_predators + 1)]
+    by_even = [_around(float(captured[s].mean()), int(s.any(axis=1).sum())) if s.any() else None for s in strata]
     return Captures(
         episodes=len(captured),
         predators_succeed=wilson(int(captured.all(axis=1).sum()), len(captured)),
         prey_succeed=wilson(int((~captured.any(axis=1)).sum()), len(captured)),
-        caught=wilson(int(captured.sum()), captured.size),
-        caught_by_even=[wilson(int(some.sum()), some.size) if some.size else None for some in by_even],
+        caught=_around(float(captured.mean()), len(captured)),
+        caught_by_even=by_even,
         steps=float(result.steps.mean()),
         predator_fitness=float(result.fitness[..., :n_predators].mean()),
         prey_fitness=float(result.fitness[..., n_predators:].mean()),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,14 +23,20 @@ Compiled = TypeVar("Compiled", bound=Callable[..., Any])
 
 
 def source_files(function: Callable[..., Any]) -> set[str]:
-    """The files of a function and of every compiled function that it calls, directly or not."""
+    """The files of a function, of every compiled function that it calls, directly or not, and of the named tuples that
+    they know: Numba tells those apart by class alone, not by their fields.
+    """
     files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
     seen: set[Callable[..., Any]] = set()
     while pending:
         current = pending.pop()
         seen.add(current)
         files.add(inspect.getfile(current))
-        named = (current.__globals__.get(name) for name in current.__code__.co_names)
+        known = current.__globals__
+        files |= {
+            inspect.getfile(value) for value in known.values() if hasattr(value, "_fields") and inspect.isclass(value)
+        }
+        named = (known.get(name) for name in current.__code__.co_names)
         pending += [value.py_func for value in named if isinstance(value, CPUDispatcher) and value.py_func not in seen]
     return files
 
@@ -62,5 +69,6 @@ def entry_point(function: Compiled) -> Compiled:
     It allocates nothing either; callers pass it the memory it works in.
     """
     dispatcher = njit(nogil=True, _nrt=False)(function)
-    dispatcher._cache = _DigestCache(function)
+    with suppress(RuntimeError):  # no place on this machine that can be written to: compile each time
+        dispatcher._cache = _DigestCache(function)
     return dispatcher  # type: ignore[no-any-return]

@@ -40,14 +40,14 @@ class EnvConfig(Settings):
     size: int = Field(default=100, ge=3, le=10_000)
     """Side of the square toroid, in cells."""
 
-    max_cycles: int = Field(default=150, ge=1)
+    max_cycles: int = Field(default=150, ge=1, le=1_000_000)
     """Time limit of an episode, in steps."""
 
     move_order: Literal["simultaneous", "prey_first"] = "simultaneous"
     """Who moves when: all at once; or in turns, where the prey move and the predators see it before they choose."""
 
     swap_captures: bool = False
-    """Whether a predator and a prey that trade places in one simultaneous step count as a capture."""
+    """Whether a predator and a prey that trade places count as a capture; in turns nobody does."""
 
     captured_prey: Literal["inert", "removed"] = "inert"
     """What becomes of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves."""
@@ -75,6 +75,7 @@ class EnvConfig(Settings):
     def _fits(self) -> EnvConfig:
         if self.n_agents > self.size**2:
             raise ValueError(f"{self.n_agents} agents need at least as many cells, got size={self.size}")
+        # Or random starts off the predators would be hard to find.
         if 2 * self.n_predators > self.size**2:
             raise ValueError(f"{self.n_predators} predators need twice as many cells, got size={self.size}")
         return self

@@ -116,6 +116,12 @@ def count_alive(world: World, rules: Rules) -> Any:
     return alive
 
 
+@rule
+def is_over(world: World, steps: Any, rules: Rules) -> Any:
+    """Whether an episode of so many steps ends: all prey are caught, or the time is up."""
+    return (count_alive(world, rules) == 0) | (steps >= rules.max_cycles)
+
+
 def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
     """Uniform random starts: int32 ``(n_starts, n_agents, 2)``, columns and rows in cells, predators first.
 

@@ -13,7 +13,7 @@ from pettingzoo import ParallelEnv
 
 from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import World, draw_starts, predators_turn, prey_turn, step
+from predprey_env.dynamics import World, draw_starts, is_over, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
 from predprey_env.rendering import picture, text
@@ -29,8 +29,8 @@ NOBODY, EVERYBODY, PREY, PREDATORS = range(4)
 
 
 @entry_point
-def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, seen: Any, scores: Any) -> None:
-    """Play a turn, then look: observations and fitness."""
+def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, seen: Any, scores: Any) -> bool:
+    """Play a turn, then look: observations, fitness, and whether this is the end."""
     if turn == EVERYBODY:
         step(world, actions, rules)
     elif turn == PREY:
@@ -41,6 +41,7 @@ def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, se
     for agent in range(rules.n_predators + rules.n_prey):
         row = observe(world, agent, rules, seen, row)
     fitness(world, steps, rules, scores)
+    return is_over(world, steps, rules)  # type: ignore[no-any-return]
 
 
 class PredPreyEnv(ParallelEnv[str, Observation, int]):
@@ -120,7 +121,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         starts = (options or {}).get("starts")
         given = None if starts is None else self._checked(starts)
         if seed is not None:
-            self._generator, _ = seeding.np_random(seed)
+            self._generator, _ = seeding.np_random(index(seed))
         places = draw_starts(self.np_random, 1, self.config)[0] if given is None else given
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
         self._steps = 0
@@ -150,8 +151,8 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         if turn != EVERYBODY:
             self._turn = PREDATORS if turn == PREY else PREY
 
-        caught_all = turn != PREY and not any(self._alive)
-        at_limit = turn != PREY and self._steps >= self._rules.max_cycles and not caught_all
+        caught_all = self._over and not any(self._alive)
+        at_limit = self._over and not caught_all
         terminations = dict.fromkeys(acting, caught_all)
         if self.config.captured_prey == "removed" and self._alive != free:
             terminations.update({agent: True for agent in acting if self._captured(agent)})
@@ -232,7 +233,8 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
     def _look(self, world: World, turn: int) -> dict[str, Observation]:
         """Play a turn, keep what the step needs to know of it, and give each acting agent its view."""
         seen = np.empty(self._n_seen, np.float32)
-        _advance(world, self._actions, turn, self._steps, self._rules, seen, self._scores)
+        over = _advance(world, self._actions, turn, self._steps, self._rules, seen, self._scores)
+        self._over = over and turn != PREY  # a time step ends with the predators' turn
         self._alive: list[int] = world.alive.tolist()
         self._fitness: list[float] = self._scores.tolist()
         return {agent: seen[self._slices[i]] for agent, i in self._rows(self.agents)}

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from esp_trainer import PRESETS, RunConfig, Team, preset
+from esp_trainer import RunConfig, Team, preset
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.match import match
 from esp_trainer.run.directory import RunDirectory
@@ -36,7 +36,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--generations", type=int, default=240)
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--presets", nargs="+", default=NAMES, choices=list(PRESETS))
+    parser.add_argument("--presets", nargs="+", default=NAMES, choices=NAMES)
     options = parser.parse_args()
     print(f"# First runs\n\n`{' '.join(['python', 'scripts/first_runs.py', *sys.argv[1:]])}`\n")
     print(f"{options.generations} generations; *early* and *late* are the first and the last sixth of them.")

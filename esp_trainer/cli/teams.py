@@ -5,12 +5,15 @@ from __future__ import annotations
 import difflib
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from esp_trainer.analysis.replay import replay as frames
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, check_fits, match
 from esp_trainer.files import DamagedFileError
+from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate
 from esp_trainer.types import Policy, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
@@ -47,14 +50,31 @@ def show(path: str) -> int:
     print(f"  genes       {team.genomes.size}, from {team.genomes.min():.2f} to {team.genomes.max():.2f}")
     if "preset" in origin:
         print(f"  from        {origin['preset']}, seed {origin.get('seed')}, generation {origin.get('generation')}")
+    changed = _changes(origin)
+    if changed:
+        print(f"  changed     {', '.join(changed)}")
     if "env" in origin:
         print(f"  world       {_words(_world(team, path))}")
     if "score" in origin:
-        print(f"  chosen by   {origin.get('method')}, mean fitness {origin['score']:.2f}")
+        chosen = origin.get("champion", {}).get("method")
+        print(f"  chosen by   {chosen}, mean fitness {origin['score']:.2f}, the best of its contenders")
     if "held_out" in origin:
         caught = Rate(**origin["held_out"]["caught"])
         print(f"  held out    {caught} of the prey caught, champion against champion")
     return 0
+
+
+def _changes(origin: Mapping[str, Any]) -> list[str]:
+    """The settings in which a team's run differs from the preset that it is named after."""
+    if origin.get("preset") not in PRESETS:
+        return []
+    usual = preset(origin["preset"]).model_dump()
+    return [
+        f"{section}.{name}={value}"
+        for section in ("predators", "prey", "esp", "champion")
+        for name, value in origin.get(section, {}).items()
+        if value != usual[section].get(name)
+    ]
 
 
 def replay(team: str, against: str, seed: int, fps: int) -> int:

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.run.directory import RunDirectory
+from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.trainer import Trainer
 from esp_trainer.types import Evaluator, ScriptedTeams
 
@@ -35,6 +35,10 @@ def resume(directory: Path, generations: int | None, threads: int | None, *, qui
     if trainer.done == trainer.config.generations:
         _say(f"{directory} has all its {trainer.done} generations; give --generations to go on")
         return 0
+    begun, now = trainer.directory.begun_with(), versions()
+    for name in now:
+        if begun.get(name, now[name]) != now[name]:
+            _say(f"begun with {name} {begun[name]}, now {now[name]}: the generations to come may be others")
     _say(f"going on with {directory} from generation {trainer.done}")
     return _run(trainer, quiet=quiet)
 

@@ -36,7 +36,7 @@ class Team:
     genomes: np.ndarray
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
-    """Where it came from, as JSON values: preset, seed, generation, the world, how it was chosen and scored."""
+    """Where it came from, as JSON values: the config of its run, its generation, how it scored."""
     n_seen: int | None = None
     """Length of the observations that it was evolved on; None for any that hold what its networks read."""
 

@@ -28,7 +28,7 @@ class FusedEvaluator:
     def __init__(self, env: EnvConfig, threads: int | None = None) -> None:
         self.env = env
         self.starts = CellStarts(env)
-        self.threads = threads or os.cpu_count() or 1
+        self.threads = threads or _cores()
         self._pool = ThreadPoolExecutor(self.threads)
 
     def compile(self) -> None:
@@ -80,6 +80,11 @@ class FusedEvaluator:
         else:
             list(self._pool.map(play, bounds[:-1], bounds[1:]))
         return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
+
+
+def _cores() -> int:
+    """Those that this process may use, where the system tells."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _side(teams: Teams, expected: tuple[int, int], n_actions: int, n_seen: int) -> Side:

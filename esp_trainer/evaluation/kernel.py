@@ -16,9 +16,9 @@ from esp_trainer.esp.network import decide
 from esp_trainer.types import Controller
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import Rules
-from predprey_env.dynamics import World, count_alive, predators_turn, prey_turn, step
+from predprey_env.dynamics import World, is_over, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
-from predprey_env.lanes import LANES, any_of, load, store
+from predprey_env.lanes import LANES, any_of, load, store, where
 from predprey_env.observation import observe
 from predprey_env.policies import scripted
 
@@ -52,6 +52,8 @@ class Memory(NamedTuple):
     seen: Any
     inputs: Any
     votes: Any
+    ended: Any
+    """1 where a lane's episode has just ended."""
     episode: Any
     """Which episode each lane plays."""
 
@@ -88,6 +90,7 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
         seen=lanes(2 * n_agents, np.float32),
         inputs=lanes(most_inputs + 1, np.float32),
         votes=lanes(max(predators.n_actions, prey.n_actions), np.float32),
+        ended=lanes(1, np.int32),
         episode=np.zeros(LANES, np.int64),
     )
 
@@ -123,9 +126,7 @@ def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome)
 
 @rule
 def _park(memory: Memory, lane: int) -> None:
-    """Let a lane run on without end: its prey are out of reach of any bookkeeping."""
-    for prey in range(len(memory.world.alive)):
-        memory.world.alive[prey, lane] = 1
+    """Let a lane run on unheeded."""
     memory.clock[0, lane] = PARKED
 
 
@@ -180,15 +181,6 @@ def _move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
 
 
 @rule
-def _over(memory: Memory, lane: int, rules: Rules) -> bool:
-    """Whether a lane's episode has ended. A parked lane that catches its prey does not end anything."""
-    alive = 0
-    for prey in range(rules.n_prey):
-        alive += memory.world.alive[prey, lane]
-    return memory.clock[0, lane] > 0 and (alive == 0 or memory.clock[0, lane] >= rules.max_cycles)
-
-
-@rule
 def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome) -> None:
     """Write down how a lane's episode ended."""
     one, episode, steps = memory.one, memory.episode[lane], memory.clock[0, lane]
@@ -221,7 +213,7 @@ def _end_episodes(memory: Memory, starts: Any, first_trial: int, active: int, ru
     """Score the lanes whose episode is over, and start their next; returns how many have none left."""
     finished = 0
     for lane in range(active):
-        if _over(memory, lane, rules):
+        if memory.ended[0, lane] != 0:
             _score(memory, lane, first_trial + lane, rules, outcome)
             memory.episode[lane] += 1
             if memory.episode[lane] < starts.shape[1]:
@@ -248,6 +240,8 @@ def play_blocks(
                 for lane in range(active):
                     if memory.clock[0, lane] > 0:
                         _record(memory, lane, first_trial + lane, outcome)
-            ended = (count_alive(memory.world, rules) == 0) | (load(memory.clock, 0) >= rules.max_cycles)
+            clock = load(memory.clock, 0)
+            ended = is_over(memory.world, clock, rules) & (clock > 0)  # a parked lane's clock is not
             if any_of(ended):
+                store(memory.ended, 0, where(ended, 1, 0))
                 unfinished -= _end_episodes(memory, starts, first_trial, active, rules, outcome)

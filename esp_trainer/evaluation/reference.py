@@ -32,6 +32,9 @@ class ResettableStarts(Starts, Protocol):
 class ReferenceEvaluator:
     """Plays batches through the PettingZoo API. An agent's fitness is its undiscounted return.
 
+    Captures and lengths in time steps are read from the infos ``captured`` and ``steps``; where an environment has
+    none, nobody counts as captured and calls of ``step`` are counted.
+
     Args:
         make_env: Makes the environment; its agents' numbers, at the end of their names, count from 0 in each team.
         starts: Where its episodes start.

@@ -29,7 +29,7 @@ class CellStarts:
         return starts.reshape(n_trials, n_episodes, self.config.n_agents, 2)
 
     def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
-        """Random starts, one a trial, that hold the parities in their true proportions.
+        """Random starts, one a trial, that hold the parities in their true proportions: exactly, for multiples of 8.
 
         On an even torus the agents' parities relative to the first prey run through all patterns in turn: with three
         predators, 0, 1, 2 and 3 of them are at an even distance from a prey in 1 : 3 : 3 : 1. On an odd torus going

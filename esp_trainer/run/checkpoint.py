@@ -15,7 +15,7 @@ from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import Role
 
-_MAY_CHANGE = ("generations", "checkpoint_every")
+NO_MATTER = ("generations", "checkpoint_every")
 """Settings that no generation depends on."""
 
 
@@ -86,6 +86,6 @@ def _difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "")
             inner = _difference(theirs, ours, f"{prefix}{name}.")
             if inner:
                 return inner
-        elif ours != theirs and prefix + name not in _MAY_CHANGE:
+        elif ours != theirs and prefix + name not in NO_MATTER:
             return f"{prefix}{name} is {json.dumps(theirs)} there and {json.dumps(ours)} in config.json"
     return None

@@ -29,6 +29,11 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 
+def versions() -> dict[str, str]:
+    """What a run's numbers depend on beside its config: the rules, and NumPy's random streams."""
+    return {name: version(name) for name in ("predprey-esp", "numpy")}
+
+
 class RunDirectory:
     """The files of one run."""
 
@@ -40,19 +45,32 @@ class RunDirectory:
         self.checkpoint_file = self.path / "checkpoint.safetensors"
         self.champions = self.path / "champions"
         self._lock: int | None = None
+        self._made: list[Path] = []
 
     def create(self, config: RunConfig) -> None:
-        """Begin a run here; a directory that holds anything already is left as it is and refused."""
+        """Begin a run here, with the lock; a directory that holds anything already is left as it is and refused."""
+        self._check_free()
+        try:
+            self._make(self.path)
+            self.lock()
+            self._check_free()  # of two that start at once, one got the lock
+            self._make(self.champions)
+            self.write_config(config)
+            self._made.append(self.config_file)
+        except OSError:
+            self.discard()
+            raise
+
+    def _check_free(self) -> None:
         if self.config_file.exists():
             raise FileExistsError(f"{self.path} already holds a run; resume it, or choose another directory")
         if self.path.exists() and (not self.path.is_dir() or any(map(self._matters, self.path.iterdir()))):
             raise FileExistsError(f"{self.path} is not an empty directory, and holds no run")
-        try:
-            self.champions.mkdir(parents=True, exist_ok=True)
-            self.write_config(config)
-        except OSError:
-            self.discard()
-            raise
+
+    def _make(self, directory: Path) -> None:
+        if not directory.exists():
+            directory.mkdir(parents=True)
+            self._made.append(directory)
 
     def _matters(self, entry: Path) -> bool:
         """Whether a file is more than the rest of a start that was killed."""
@@ -61,12 +79,12 @@ class RunDirectory:
         return entry.name != f".{self.config_file.name}.part"
 
     def discard(self) -> None:
-        """Undo :meth:`create`."""
+        """Undo :meth:`create`, as far as it went."""
+        for path in reversed(self._made):
+            with suppress(OSError):
+                path.rmdir() if path.is_dir() else path.unlink()
+        self._made.clear()
         self.unlock()
-        with suppress(OSError):
-            self.config_file.unlink(missing_ok=True)
-            self.champions.rmdir()
-            self.path.rmdir()
 
     def lock(self) -> None:
         """Keep every other process out until this one ends or :meth:`unlock` is called."""
@@ -91,7 +109,7 @@ class RunDirectory:
 
     def write_config(self, config: RunConfig) -> None:
         """Put the config in place."""
-        whole = {"schema": SCHEMA, "version": version("predprey-esp"), "config": config.model_dump()}
+        whole = {"schema": SCHEMA, "versions": versions(), "config": config.model_dump()}
         write(self.config_file, to_json(whole))
 
     def read_config(self) -> RunConfig:
@@ -107,6 +125,11 @@ class RunDirectory:
             raise DamagedFileError(f"{self.config_file} is damaged: {error.args[0]} is missing") from None
         except (TypeError, ValueError, RecursionError) as error:
             raise DamagedFileError(f"{self.config_file} is damaged: {error}") from None
+
+    def begun_with(self) -> dict[str, str]:
+        """The versions that the run was begun with."""
+        found = json.loads(self.config_file.read_bytes()).get("versions", {})
+        return found if isinstance(found, dict) else {}
 
     def champion_file(self, role: Role, generation: int) -> Path:
         """Where a generation's champion is."""

@@ -11,8 +11,8 @@ from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import sync_directory
-from esp_trainer.run.checkpoint import load_checkpoint, save_checkpoint
-from esp_trainer.run.directory import Log, RunDirectory
+from esp_trainer.run.checkpoint import NO_MATTER, load_checkpoint, save_checkpoint
+from esp_trainer.run.directory import Log, RunDirectory, versions
 from esp_trainer.types import Evaluator
 
 
@@ -32,7 +32,6 @@ class Trainer:
         """A new run in an empty directory; ``make`` gives it its evaluator."""
         directory.create(config)
         try:
-            directory.lock()
             return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0)
         except BaseException:  # Ctrl-C while the kernel compiles, say
             directory.discard()
@@ -99,11 +98,9 @@ class Trainer:
         config = self.config
         for role, champion in generation.champions.items():
             provenance = {
-                "preset": config.preset,
-                "seed": config.seed,
+                **config.model_dump(exclude=set(NO_MATTER)),
+                "version": versions()["predprey-esp"],
                 "generation": generation.number,
-                "env": config.env.model_dump(),
-                "method": config.champion.method,
                 "score": champion.score,
                 "held_out": held_out,
             }

@@ -31,7 +31,7 @@ def refusal(fields: dict[str, Any]) -> str:
         ({"esp": {"n_episodes": 2.5}}, "esp.n_episodes must be an integer, got 2.5"),
         ({"esp": {"n_episodes": "6"}}, "esp.n_episodes must be an integer, got '6'"),
         ({"esp": {"mutation_scale": 0.0}}, "esp.mutation_scale must be greater than 0.0, got 0.0"),
-        ({"predators": {"input_scale": -1.0}}, "predators.input_scale must be greater than 0.0, got -1.0"),
+        ({"predators": {"input_scale": -1.0}}, "predators.input_scale must be at least 1e-06, got -1.0"),
         ({"prey": {"n_hidden": 0}}, "prey.n_hidden must be at least 1, got 0"),
         ({"champion": {"n_candidates": 0}}, "champion.n_candidates must be at least 1, got 0"),
         ({"env": {"size": 2}}, "env.size must be at least 3, got 2"),

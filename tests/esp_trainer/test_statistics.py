@@ -80,8 +80,9 @@ def test_captures_are_counted_by_hand():
     assert captures.episodes == 4
     assert captures.predators_succeed == wilson(1, 4)
     assert captures.prey_succeed == wilson(1, 4)
-    assert captures.caught == wilson(4, 8)
-    assert captures.caught_by_even == [wilson(0, 2), wilson(1, 3), wilson(3, 3)]
+    # A rate is over prey, its interval over the episodes that they come from.
+    assert captures.caught == wilson(2, 4)
+    assert captures.caught_by_even == [wilson(0, 2), wilson(1, 3), wilson(2, 2)]
     assert captures.steps == 125.0
     assert captures.predator_fitness == 100 / 8
     assert captures.prey_fitness == 110 / 8
@@ -89,7 +90,7 @@ def test_captures_are_counted_by_hand():
 
 def test_a_parity_that_no_prey_had_has_no_rate():
     captures = count_captures(RESULT, np.zeros_like(EVEN), n_predators=2)
-    assert captures.caught_by_even == [wilson(4, 8), None, None]
+    assert captures.caught_by_even == [wilson(2, 4), None, None]
 
 
 def test_captures_become_json_and_back():

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 SOURCES = {
     *{"parallel_env.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
+    "config.py",  # the named tuple that they read
     *{"lanes.py", "floats.py", "compilation.py"},  # what they are written and compiled with
 }
 

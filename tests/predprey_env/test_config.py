@@ -91,7 +91,7 @@ def _refusal(fields: dict[str, object]) -> str:
     [
         ({}, "name is missing"),
         ({"name": "a", "inner": {"depth": "deep"}}, "inner.depth must be an integer, got 'deep'"),
-        ({"name": "a", "inner": {"dept": 2}}, "inner: unknown field dept; did you mean depth?"),
+        ({"name": "a", "inner": {"dept": 2}}, "unknown field inner.dept; did you mean inner.depth?"),
         ({"name": "a", "depth": 2}, "unknown field depth; did you mean inner.depth?"),
         ([("name", "a")], "Outer must be a mapping of fields, got [('name', 'a')]"),
     ],

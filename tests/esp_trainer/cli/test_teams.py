@@ -118,7 +118,7 @@ def test_show_says_what_a_team_is_and_where_it_came_from(esp_trainer: Callable[.
     assert lines["genes"].startswith(f"{3 * 2 * 10 * (2 + 5)}, from -")
     assert lines["from"] == "smoke, seed 0, generation 19"
     assert "size=12" in lines["world"]
-    assert lines["chosen by"] == f"reevaluate, mean fitness {team.provenance['score']:.2f}"
+    assert lines["chosen by"] == f"reevaluate, mean fitness {team.provenance['score']:.2f}, the best of its contenders"
     caught = team.provenance["held_out"]["caught"]
     assert lines["held out"].startswith(f"{caught['rate']:.3f} [{caught['low']:.3f}, {caught['high']:.3f}]")
 

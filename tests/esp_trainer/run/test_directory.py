@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.directory import Log, RunDirectory, whole_lines
+from esp_trainer.run.directory import Log, RunDirectory, versions, whole_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,7 +70,8 @@ def test_a_run_does_not_begin_where_a_file_is(tiny: RunConfig, tmp_path: Path) -
 def test_the_config_says_which_schema_and_version_wrote_it(tiny: RunConfig, tmp_path: Path) -> None:
     RunDirectory(tmp_path).create(tiny)
     whole = json.loads((tmp_path / "config.json").read_text())
-    assert whole == {"schema": 1, "version": "0.1.0", "config": tiny.model_dump()}
+    assert whole == {"schema": 1, "versions": versions(), "config": tiny.model_dump()}
+    assert versions() == {"predprey-esp": version("predprey-esp"), "numpy": np.__version__}
 
 
 def test_a_directory_without_a_config_holds_no_run(tmp_path: Path) -> None:

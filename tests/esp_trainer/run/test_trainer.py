@@ -377,11 +377,9 @@ def test_every_champion_is_a_team_that_says_where_it_came_from(tmp_path: Path, s
             assert team.side == config.predators
             assert (team.genomes == champion.genomes).all()
             assert team.provenance == {
-                "preset": "smoke",
-                "seed": 5,
+                **config.model_dump(exclude={"generations", "checkpoint_every"}),
+                "version": "0.1.0",
                 "generation": generation.number,
-                "env": config.env.model_dump(),
-                "method": "reevaluate",
                 "score": champion.score,
                 "held_out": generation.held_out.as_dict(),
             }
