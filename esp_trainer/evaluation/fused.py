@@ -14,7 +14,7 @@ from predprey_env.config import EnvConfig
 from predprey_env.lanes import LANES
 from predprey_env.policies import SCRIPTS
 
-_PARTS_PER_THREAD = 4  # a thread whose episodes are short takes over parts of one whose are long
+_PARTS_PER_THREAD = 2  # a thread whose episodes are short takes over a part of one whose are long
 
 
 class FusedEvaluator:

@@ -26,6 +26,8 @@ class Trainer:
         self.done = done
         """Generations behind it."""
         self._stopping = False
+        # What all its champions have in common.
+        self._origin = {**config.model_dump(exclude=set(NO_MATTER)), "version": versions()["predprey-esp"]}
 
     @classmethod
     def start(cls, directory: RunDirectory, config: RunConfig, make: Callable[[RunConfig], Evaluator]) -> Trainer:
@@ -97,16 +99,10 @@ class Trainer:
     def _save_champions(self, generation: Generation, held_out: dict[str, Any]) -> None:
         config = self.config
         for role, champion in generation.champions.items():
-            provenance = {
-                **config.model_dump(exclude=set(NO_MATTER)),
-                "version": versions()["predprey-esp"],
-                "generation": generation.number,
-                "score": champion.score,
-                "held_out": held_out,
-            }
+            progress = {"generation": generation.number, "score": champion.score, "held_out": held_out}
             n_seen = champion.controller.wiring.size  # every offset that there is
             side = side_config(config, role)
-            team = Team(role, side, champion.controller, champion.genomes, provenance, n_seen)
+            team = Team(role, side, champion.controller, champion.genomes, {**self._origin, **progress}, n_seen)
             team.save(self.directory.champion_file(role, generation.number))
 
 
