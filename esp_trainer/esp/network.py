@@ -26,7 +26,7 @@ def logistic(z: Any) -> Any:
     """``1 / (1 + exp(-z))`` in 32-bit floats without a library call; off by less than 2e-7.
 
     Inputs beyond 44 count as that bound: the true value differs from 0 or 1 by less than 1e-19 there, and smaller
-    activations would lead to denormal products, which are twenty times slower.
+    activations would lead to denormal products, which are many times slower.
     """
     z = where(z < -BOUND, -BOUND, z)
     z = where(z > BOUND, BOUND, z)

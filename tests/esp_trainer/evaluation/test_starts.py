@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from esp_trainer.evaluation.starts import CellStarts, SeedStarts, distances
 from predprey_env import EnvConfig
+from predprey_env.torus import displacement, manhattan
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -34,6 +35,17 @@ def test_distances_take_the_shorter_way_round():
 def test_distances_on_an_odd_torus():
     starts = np.array([[0, 0], [4, 3]])
     assert distances(starts, EnvConfig(size=7, n_predators=1, n_prey=1)).tolist() == [[6]]
+
+
+@pytest.mark.parametrize("size", [6, 7, 100, 101])
+def test_distances_are_those_of_the_rules(size: int):
+    """They are computed on whole arrays of starts here, and step by step there."""
+    cells = rng().integers(0, size, (200, 2, 2), dtype=np.int32)
+    config = EnvConfig(size=size, n_predators=1, n_prey=1)
+    for start in cells:
+        here, there = start
+        ways = [displacement(a, b, size) for a, b in zip(here, there, strict=True)]
+        assert distances(start, config) == manhattan(*ways)
 
 
 def test_distances_keep_all_leading_axes():
