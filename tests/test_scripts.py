@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from esp_trainer.cli import main
+
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 
 ROWS = (
@@ -15,6 +17,10 @@ ROWS = (
     "scalar Numba loops",
     "NumPy lockstep",
     "`reference`, extrapolated",
+    "- of `fused`: scripts instead of networks",
+    "- of `fused`: one hidden neuron",
+    "- of a step of `reference`: the environment",
+    "- of a step of `reference`: five agents' networks",
     "`parallel_env()`",
     "MPE `simple_tag`",
     "a loop that copies prebuilt dictionaries",
@@ -57,3 +63,14 @@ def test_throughput_benchmark_refuses_a_part_that_does_not_exist() -> None:
     done = benchmark("--only", "nothing")
     assert done.returncode == 2
     assert "invalid choice: 'nothing'" in done.stderr
+
+
+def test_a_chase_is_drawn(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    assert main(["train", "smoke", "--generations", "1", "--out", str(run), "--quiet"]) == 0
+    teams = [str(run / f"champions/{role}-00000.safetensors") for role in ("predators", "prey")]
+    out = tmp_path / "chase.png"
+    command = [sys.executable, str(SCRIPTS / "draw_chase.py"), *teams, "--seed", "3", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert out.read_bytes().startswith(b"\x89PNG")

@@ -211,6 +211,7 @@ def test_a_run_killed_at_random_moments_ends_in_the_bytes_of_one_that_was_not(
     assert victim.half_written > 0, "no kill hit a write: the test aims badly"
     trainer = resume(tmp_path / "run")
     assert 20 <= trainer.done < 400
+    trainer.directory.unlock()
     process = _begin("resume", tmp_path / "run")
     output, _ = process.communicate(timeout=_PATIENCE)
     assert process.returncode == 0
