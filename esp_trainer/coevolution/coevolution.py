@@ -77,8 +77,8 @@ class Coevolution:
         chosen = perf_counter()
         for role, side in self.evolving.items():
             breeding = self._stream(f"{role} breeding", number)
-            side.subpopulations.tell(trials[role].fitness, side.fame.champions, breeding)
-            side.fame.add(champions[role].genomes)
+            side.subpopulations.tell(trials[role].fitness, side.hall_of_fame.champions, breeding)
+            side.hall_of_fame.add(champions[role].genomes)
             self._burst_if_stagnant(side, champions[role], breeding)
         bred = perf_counter()
         held_out = self._measure(champions)
@@ -97,8 +97,8 @@ class Coevolution:
         """Every evolving side's trials. Where teams are sampled together, the same episodes score both."""
         esp = self.config.esp
         starts = self.evaluator.starts.draw(self._stream("starts", number), esp.n_trials, esp.n_episodes)
-        meets_fame = esp.pairing != "cosample" and number > 0 and len(asked) == len(ROLES)
-        if not meets_fame:
+        meets_champions = esp.pairing != "cosample" and number > 0 and len(asked) == len(ROLES)
+        if not meets_champions:
             result = self.evaluator.evaluate(self._batch({**self._scripts(), **asked}, starts))
             return {role: self._trials(result, role) for role in asked}
         trials: dict[Role, Trials] = {}
@@ -106,7 +106,7 @@ class Coevolution:
             other: Role = "prey" if role == "predators" else "predators"
             side = self.evolving[other]
             draw = self._stream(f"{role} opponents", number)
-            opponents = OPPONENTS[esp.pairing](side.subpopulations, side.fame, esp.n_trials, draw)
+            opponents = OPPONENTS[esp.pairing](side.subpopulations, side.hall_of_fame, esp.n_trials, draw)
             result = self.evaluator.evaluate(self._batch({role: teams, other: opponents}, starts))
             trials[role] = self._trials(result, role)
         return trials

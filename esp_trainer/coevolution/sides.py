@@ -20,7 +20,7 @@ class EvolvingSide:
     """Subpopulations, their champions so far, and how long the best has stood."""
 
     subpopulations: Subpopulations
-    fame: HallOfFame
+    hall_of_fame: HallOfFame
     best: float = -np.inf
     """Highest score of a champion since the last burst."""
     stagnant: int = 0

@@ -29,7 +29,7 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
     for role, side in sides.items():
         if isinstance(side, EvolvingSide):
             arrays[f"{role}.genomes"] = side.subpopulations.genomes
-            arrays[f"{role}.fame"] = side.fame.champions
+            arrays[f"{role}.hall_of_fame"] = side.hall_of_fame.champions
             best = side.best if np.isfinite(side.best) else None
             progress[role] = {"best": best, "stagnant": side.stagnant}
     header = {"config": config.model_dump(), "generations": generations, "sides": progress}
@@ -60,9 +60,9 @@ def _restore(
     for role, side in sides.items():
         if not isinstance(side, EvolvingSide):
             continue
-        population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.fame"]
+        population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.hall_of_fame"]
         _check(f"{role}.genomes", genomes, population.genomes.shape)
-        _check(f"{role}.fame", fame, (generations, *side.fame.champions.shape[1:]))
+        _check(f"{role}.hall_of_fame", fame, (generations, *side.hall_of_fame.champions.shape[1:]))
         best = progress[role]["best"]
         sides[role] = EvolvingSide(
             Subpopulations(population.config, population.controller, genomes.copy()),

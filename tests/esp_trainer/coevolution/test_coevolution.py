@@ -60,7 +60,7 @@ def everything(run: Coevolution, generations: list[Generation]) -> list[Any]:
     """All that came of a run but its wall time."""
     kept: list[Any] = [(g.number, g.held_out) for g in generations]
     for role, side in run.evolving.items():
-        kept += [side.subpopulations.genomes.tobytes(), side.fame.champions.tobytes(), side.best, side.stagnant]
+        kept += [side.subpopulations.genomes.tobytes(), side.hall_of_fame.champions.tobytes(), side.best, side.stagnant]
         kept += [(g.trials[role].fitness.tobytes(), g.trials[role].caught) for g in generations]
         kept += [(g.champions[role].genomes.tobytes(), g.champions[role].score) for g in generations]
     return kept
@@ -121,7 +121,7 @@ def test_new_sides_have_networks_for_their_opponents_and_no_champions():
     sides = new_sides(config)
     assert sides["predators"].subpopulations.genomes.shape == (3, 2, 3, 12, 2 + 5)
     assert sides["prey"].subpopulations.genomes.shape == (2, 1, 7, 12, 6 + 4)
-    assert all(len(side.fame) == 0 for side in sides.values())
+    assert all(len(side.hall_of_fame) == 0 for side in sides.values())
 
 
 def test_predators_that_cannot_idle_have_four_outputs():
@@ -280,8 +280,8 @@ def test_the_hall_of_fame_grows_by_each_generations_champion_and_never_changes()
         generation = run.step(number)
         for role, side in run.evolving.items():
             kept[role].append(generation.champions[role].genomes.copy())
-            assert len(side.fame) == number + 1
-            assert np.array_equal(side.fame.champions, np.array(kept[role]))
+            assert len(side.hall_of_fame) == number + 1
+            assert np.array_equal(side.hall_of_fame.champions, np.array(kept[role]))
 
 
 def test_a_champion_is_not_altered_by_the_breeding_of_later_generations():
@@ -300,7 +300,7 @@ def test_hall_of_fame_mates_bring_genes_of_lost_champions_back():
     config = small(hof_mates=3, mutation_rate=0.0)
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
     for side in run.evolving.values():
-        side.fame.add(np.full(side.fame.champions.shape[1:], 1000.0, np.float32))
+        side.hall_of_fame.add(np.full(side.hall_of_fame.champions.shape[1:], 1000.0, np.float32))
     run.step(0)
     for side in run.evolving.values():
         children = (side.subpopulations.genomes == 1000.0).any(axis=-1)

@@ -46,8 +46,8 @@ def test_both_sides_come_back_as_they_were(tiny: RunConfig, tmp_path: Path, star
         assert isinstance(restored, EvolvingSide)
         assert (restored.subpopulations.genomes == side.subpopulations.genomes).all()
         assert restored.subpopulations.genomes.flags.writeable
-        assert len(restored.fame) == 4
-        assert (restored.fame.champions == side.fame.champions).all()
+        assert len(restored.hall_of_fame) == 4
+        assert (restored.hall_of_fame.champions == side.hall_of_fame.champions).all()
         assert (restored.best, restored.stagnant) == (side.best, side.stagnant)
 
 
@@ -64,7 +64,7 @@ def test_a_script_comes_back_from_the_config(tiny: RunConfig, tmp_path: Path) ->
     save_checkpoint(tmp_path / "c", config, new_sides(config), 0)
     sides, _ = load_checkpoint(tmp_path / "c", config)
     assert sides["prey"] == ScriptedTeams("flee_nearest")
-    assert set(read_arrays(tmp_path / "c", "checkpoint")[1]) == {"predators.genomes", "predators.fame"}
+    assert set(read_arrays(tmp_path / "c", "checkpoint")[1]) == {"predators.genomes", "predators.hall_of_fame"}
 
 
 @pytest.mark.parametrize("changed", [{"generations": 7}, {"checkpoint_every": 1}])
@@ -119,13 +119,17 @@ UNUSABLE: dict[str, Callable[[dict[str, Any], dict[str, np.ndarray]], Any]] = {
     "genomes of another shape": lambda _, arrays: arrays.update(
         {"prey.genomes": arrays["prey.genomes"][:, :, :, :-1].copy()}
     ),
-    "fame of another shape": lambda _, arrays: arrays.update({"prey.fame": arrays["prey.fame"][..., :-1].copy()}),
-    "a hall of fame that is too short": lambda _, arrays: arrays.update({"prey.fame": arrays["prey.fame"][:-1].copy()}),
+    "fame of another shape": lambda _, arrays: arrays.update(
+        {"prey.hall_of_fame": arrays["prey.hall_of_fame"][..., :-1].copy()}
+    ),
+    "a hall of fame that is too short": lambda _, arrays: arrays.update(
+        {"prey.hall_of_fame": arrays["prey.hall_of_fame"][:-1].copy()}
+    ),
     "genomes of another type": lambda _, arrays: arrays.update(
         {"prey.genomes": arrays["prey.genomes"].astype(np.int32)}
     ),
     "a side without genomes": lambda _, arrays: arrays.pop("predators.genomes"),
-    "a side without fame": lambda _, arrays: arrays.pop("predators.fame"),
+    "a side without fame": lambda _, arrays: arrays.pop("predators.hall_of_fame"),
     "a side without progress": lambda header, _: header["sides"].pop("prey"),
     "progress without best": lambda header, _: header["sides"]["prey"].pop("best"),
     "progress in words": lambda header, _: header["sides"]["prey"].update(stagnant="many"),
@@ -148,7 +152,7 @@ def test_a_checkpoint_that_is_whole_and_wrong_is_refused_in_one_line(
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("array", ["prey.genomes", "predators.fame"])
+@pytest.mark.parametrize("array", ["prey.genomes", "predators.hall_of_fame"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_weights_that_are_not_finite_are_refused(array: str, value: float, tiny: RunConfig, saved: Path) -> None:
     def spoil(_: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
