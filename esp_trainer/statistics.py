@@ -81,6 +81,6 @@ def count_captures(result: TrialResult, even: np.ndarray, n_predators: int) -> C
         caught=_around(float(captured.mean()), len(captured)),
         caught_by_even=by_even,
         steps=float(result.steps.mean()),
-        predator_fitness=float(result.fitness[..., :n_predators].mean()),
-        prey_fitness=float(result.fitness[..., n_predators:].mean()),
+        predator_fitness=float(result.fitness_of("predators").mean()),
+        prey_fitness=float(result.fitness_of("prey").mean()),
     )

@@ -92,6 +92,11 @@ class TrialResult:
     steps: np.ndarray
     """int ``(n_trials, n_episodes)``: length of each episode."""
 
+    def fitness_of(self, role: Role) -> Fitness:
+        """One side's part of the fitness: ``(n_trials, n_episodes, n_agents of the side)``."""
+        n_prey = self.captured.shape[-1]
+        return self.fitness[..., :-n_prey] if role == "predators" else self.fitness[..., -n_prey:]
+
 
 class Starts(Protocol):
     """Where episodes can start."""

@@ -46,7 +46,7 @@ class Settings(BaseModel):
 def one_line(error: ValidationError, settings: type[BaseModel]) -> str:
     """The first fault of a validation, in one line."""
     fault = error.errors(include_url=False)[0]
-    field = ".".join(str(part) for part in fault["loc"] if part != "constrained-str")
+    field = ".".join(str(part) for part in fault["loc"])
     kind, got, context = fault["type"], fault["input"], fault.get("ctx", {})
     if kind == "extra_forbidden":
         return unknown_field(field, field_names(settings))

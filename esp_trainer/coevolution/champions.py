@@ -79,9 +79,7 @@ def choose_champions(
 
     champions: dict[Role, Champion] = {}
     for role, side in evolving.items():
-        n_agents = side.genomes.shape[1]
-        own = result.fitness[..., :n_agents] if role == "predators" else result.fitness[..., -n_agents:]
-        scores = own.mean(axis=(1, 2)).reshape(counts).mean(axis=1 - ROLES.index(role))
+        scores = result.fitness_of(role).mean(axis=(1, 2)).reshape(counts).mean(axis=1 - ROLES.index(role))
         best = int(scores.argmax())
         champions[role] = Champion(side.controller, side.genomes[best], float(scores[best]))
     return champions

@@ -111,22 +111,18 @@ class Coevolution:
             trials[role] = self._trials(result, role)
         return trials
 
-    def _scripts(self) -> dict[Role, Teams]:
+    def _scripts(self) -> dict[Role, ScriptedTeams]:
         return {role: side for role, side in self.sides.items() if isinstance(side, ScriptedTeams)}
 
     def _batch(self, teams: dict[Role, Teams], starts: np.ndarray) -> TrialBatch:
         return TrialBatch(teams["predators"], teams["prey"], starts)
 
     def _trials(self, result: TrialResult, role: Role) -> Trials:
-        n_predators = self.config.env.n_predators
-        own = slice(0, n_predators) if role == "predators" else slice(n_predators, None)
-        return Trials(result.fitness[..., own].mean(axis=1), float(result.captured.mean()))
+        return Trials(result.fitness_of(role).mean(axis=1), float(result.captured.mean()))
 
     def _choose(self, asked: dict[Role, EvolvedTeams], trials: dict[Role, Trials], number: int) -> dict[Role, Champion]:
         settings = self.config.champion
-        contenders: dict[Role, Contenders | ScriptedTeams] = {
-            role: side for role, side in self.sides.items() if isinstance(side, ScriptedTeams)
-        }
+        contenders: dict[Role, Contenders | ScriptedTeams] = {**self._scripts()}
         for role, teams in asked.items():
             contenders[role] = best_teams(teams, trials[role].fitness, settings.n_candidates)
         return choose_champions(contenders, settings, self.evaluator, self._stream("champions", number))
