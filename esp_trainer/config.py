@@ -6,15 +6,16 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from predprey_env.config import EnvConfig
+from predprey_env.config import EnvConfig, TeamName
+from predprey_env.policies import SCRIPTS, PredatorScript, PreyScript
 from predprey_env.settings import Settings
 
 
 class SideConfig(Settings):
     """Who plays one side: evolved controllers, or a script."""
 
-    policy: Literal["esp", "greedy_chase", "flee_nearest"] = "esp"
-    """`esp` evolves the side; predators may instead follow `greedy_chase`, prey `flee_nearest`."""
+    policy: Literal["esp", PredatorScript, PreyScript] = "esp"
+    """`esp` evolves the side; predators or prey may instead follow one of their scripts."""
 
     controller: Literal["split", "monolithic"] = "split"
     """One network for each opponent, outputs summed per action (section VI), or one network that sees all of them."""
@@ -143,10 +144,10 @@ class RunConfig(Settings):
 
     @model_validator(mode="after")
     def _plays(self) -> RunConfig:
-        if self.predators.policy == "flee_nearest":
-            raise ValueError("predators.policy must be 'esp' or 'greedy_chase', got 'flee_nearest'")
-        if self.prey.policy == "greedy_chase":
-            raise ValueError("prey.policy must be 'esp' or 'flee_nearest', got 'greedy_chase'")
+        policies: dict[TeamName, str] = {"predators": self.predators.policy, "prey": self.prey.policy}
+        for team, policy in policies.items():
+            if policy not in ("esp", *SCRIPTS[team]):
+                raise ValueError(f"{team}.policy must be one of esp, {', '.join(SCRIPTS[team])}, got {policy!r}")
         if "esp" not in (self.predators.policy, self.prey.policy):
             raise ValueError("at least one of predators.policy and prey.policy must be 'esp', got two scripts")
         return self

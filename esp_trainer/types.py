@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-Role: TypeAlias = Literal["predators", "prey"]
-ROLES: tuple[Role, Role] = ("predators", "prey")
+from predprey_env.config import TEAMS, TeamName
+
+Role: TypeAlias = TeamName
+ROLES = TEAMS
 
 Genomes: TypeAlias = np.ndarray
 """float32 ``(n_agents, n_networks, n_hidden, n_candidates, n_genes)``: for each hidden neuron of each network of each
@@ -126,16 +128,4 @@ class Evaluator(Protocol):
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""
-        ...
-
-
-class Policy(Protocol):
-    """Plays one team in an environment."""
-
-    def reset(self, seed: int | None = None) -> None:
-        """Start an episode."""
-        ...
-
-    def act(self, observations: dict[str, Any]) -> dict[str, int]:
-        """An action for each agent that has an observation."""
         ...

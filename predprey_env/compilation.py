@@ -6,14 +6,18 @@ and an edited rule must never be answered with yesterday's machine code.
 
 from __future__ import annotations
 
+import ast
+import functools
 import hashlib
 import inspect
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from numba import njit
+from numba import njit, types
 from numba.core.caching import FunctionCache
 from numba.core.registry import CPUDispatcher
 
@@ -22,37 +26,78 @@ from predprey_env import floats, lanes
 Compiled = TypeVar("Compiled", bound=Callable[..., Any])
 
 
-def source_files(function: Callable[..., Any]) -> set[str]:
-    """The files of a function, of every compiled function that it calls, directly or not, and of the named tuples that
-    they know: Numba tells those apart by class alone, not by their fields.
+def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> set[str]:
+    """The files of a function, of every compiled function that it calls, directly or not, of what these import and use,
+    a number for example, and of the named tuples that they know: Numba tells those apart by class alone, not by their
+    fields.
+
+    Where a generic function is called, its rules for ``classes`` count.
     """
     files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
+    files |= {_file_of(known) for known in classes}
     seen: set[Callable[..., Any]] = set()
     while pending:
         current = pending.pop()
         seen.add(current)
-        files.add(inspect.getfile(current))
+        files.add(_file_of(current))
         known = current.__globals__
-        files |= {
-            inspect.getfile(value) for value in known.values() if hasattr(value, "_fields") and inspect.isclass(value)
-        }
-        named = (known.get(name) for name in current.__code__.co_names)
-        pending += [value.py_func for value in named if isinstance(value, CPUDispatcher) and value.py_func not in seen]
+        files |= {_file_of(value) for value in known.values() if hasattr(value, "_fields") and inspect.isclass(value)}
+        used = current.__code__.co_names
+        files |= {file for name, file in _imports(_file_of(current)).items() if name in used}
+        called: list[Any] = [known.get(name) for name in used]
+        for generic in [value for value in called if hasattr(value, "registry")]:
+            called += [rule for kind, rule in generic.registry.items() if kind in classes]
+        pending += [value.py_func for value in called if isinstance(value, CPUDispatcher) and value.py_func not in seen]
     return files
+
+
+def _file_of(defined: Any) -> str:
+    """Where a function or a class is written, or something that is no file."""
+    try:
+        return inspect.getfile(defined)
+    except (TypeError, OSError):
+        return f"<{defined!r}>"
+
+
+@functools.cache
+def _imports(file: str) -> dict[str, str]:
+    """For each name that a file imports from a module, the file of that module."""
+    if not Path(file).is_file():
+        return {}
+    lines = [node for node in ast.walk(ast.parse(Path(file).read_text())) if isinstance(node, ast.ImportFrom)]
+    files = {line.module: getattr(sys.modules.get(line.module or ""), "__file__", None) for line in lines}
+    names = {alias.asname or alias.name: files[line.module] for line in lines for alias in line.names}
+    return {name: file for name, file in names.items() if file is not None}
+
+
+def named_tuples(kinds: Iterable[types.Type]) -> set[type]:
+    """The classes of all named tuples among some Numba types, and in them."""
+    found: set[type] = set()
+    for kind in kinds:
+        if isinstance(kind, types.BaseNamedTuple):
+            found |= {kind.instance_class}
+        if isinstance(kind, types.BaseTuple):
+            found |= named_tuples(kind.types)
+    return found
 
 
 class _DigestCache(FunctionCache):
     """Numba's cache with the digest of all sources in the key."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        digest = hashlib.sha256()
-        for file in sorted(source_files(function)):
-            digest.update(Path(file).read_bytes())
-        self._digest = digest.hexdigest()
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The machine code for a signature, or None."""
+        try:
+            return super().load_overload(sig, target_context)
+        except (ImportError, AttributeError):  # the index knows a class, in somebody's experiment, that is gone
+            self.flush()
+            return None
 
     def _index_key(self, signature: Any, codegen: Any) -> Any:
-        return super()._index_key(signature, codegen), self._digest
+        digest = hashlib.sha256()
+        for file in sorted(source_files(self._py_func, named_tuples(signature))):
+            # What is in no file, but in a notebook's cell for example, is never the same again.
+            digest.update(Path(file).read_bytes() if Path(file).is_file() else os.urandom(16))
+        return super()._index_key(signature, codegen), digest.hexdigest()
 
 
 def rule(function: Compiled) -> Compiled:

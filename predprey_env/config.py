@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias, TypedDict
 
 from pydantic import Field, model_validator
 
@@ -11,7 +11,19 @@ from predprey_env.settings import Settings
 MOVES = ("east", "west", "north", "south", "idle")
 """Actions in index order. Predators have all five, prey the first four (section V)."""
 
+TeamName: TypeAlias = Literal["predators", "prey"]
+TEAMS: tuple[TeamName, TeamName] = ("predators", "prey")
+
 CLOSENESS = ("uncaught", "all", "nearest")
+
+
+class TeamShape(NamedTuple):
+    """What a team is in a world."""
+
+    n_agents: int
+    n_opponents: int
+    n_actions: int
+    """Of each agent."""
 
 
 class Rules(NamedTuple):
@@ -26,6 +38,24 @@ class Rules(NamedTuple):
     closeness: int
     individual_credit: bool
     complementary: bool
+
+
+class EnvParameters(TypedDict, total=False):
+    """The fields of :class:`EnvConfig`, for the signatures of functions that take them as keywords."""
+
+    n_predators: int
+    n_prey: int
+    size: int
+    max_cycles: int
+    move_order: Literal["simultaneous", "prey_first"]
+    swap_captures: bool
+    captured_prey: Literal["inert", "removed"]
+    start_collisions: Literal["redraw", "allow"]
+    predator_idle: bool
+    closeness: Literal["uncaught", "all", "nearest"]
+    credit: Literal["team", "individual"]
+    prey_fitness: Literal["lifespan", "complementary"]
+    reward: Literal["terminal", "dense"]
 
 
 class EnvConfig(Settings):
@@ -94,6 +124,14 @@ class EnvConfig(Settings):
     def n_prey_actions(self) -> int:
         """4: prey always move."""
         return 4
+
+    def team(self, name: TeamName) -> TeamShape:
+        """The numbers of one team; :class:`ValueError` for a name that is none."""
+        if name not in TEAMS:
+            raise ValueError(f"team must be {' or '.join(TEAMS)}, got {name!r}")
+        if name == "predators":
+            return TeamShape(self.n_predators, self.n_prey, self.n_predator_actions)
+        return TeamShape(self.n_prey, self.n_predators, self.n_prey_actions)
 
     @property
     def rules(self) -> Rules:

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from predprey_env.compilation import rule
-from predprey_env.config import EnvConfig, Rules
+from predprey_env.config import Rules
 from predprey_env.lanes import load, store, where
 from predprey_env.torus import wrap
 
@@ -120,27 +118,3 @@ def count_alive(world: World, rules: Rules) -> Any:
 def is_over(world: World, steps: Any, rules: Rules) -> Any:
     """Whether an episode of so many steps ends: all prey are caught, or the time is up."""
     return (count_alive(world, rules) == 0) | (steps >= rules.max_cycles)
-
-
-def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
-    """Uniform random starts: int32 ``(n_starts, n_agents, 2)``, columns and rows in cells, predators first.
-
-    Where ``start_collisions`` says so, a prey in whose cell a predator is is drawn again.
-    """
-    shape = (config.n_agents, 2)
-    starts = generator.integers(0, config.size, size=(n_starts, *shape), dtype=np.int32)
-    if config.start_collisions == "redraw":
-        prey = starts[:, config.n_predators :]
-        while (met := on_a_predator(starts, config)).any():
-            prey[met] = generator.integers(0, config.size, size=(int(met.sum()), 2), dtype=np.int32)
-    return starts
-
-
-def on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
-    """Which prey start in a predator's cell: bool ``(n_starts, n_prey)``."""
-    cells = starts[..., 0] * config.size + starts[..., 1]
-    predators, prey = cells[:, : config.n_predators], cells[:, config.n_predators :]
-    found = np.zeros(prey.shape, np.bool_)
-    for predator in predators.T:  # a few passes over all starts are quicker than one over short rows
-        found |= prey == predator[:, None]
-    return found

@@ -10,7 +10,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-from predprey_env.lanes import FLOATS, LANES, Lanes, is_lanes, row_pointer, spread
+from predprey_env.lanes import FLOATS, INTEGERS, LANES, Lanes, is_lanes, row_pointer, spread
 
 _I32 = ir.IntType(32)
 
@@ -106,6 +106,24 @@ def _lanes_as_float(_context, a):
 @overload(as_float)
 def _as_float(a):
     return (lambda a: _lanes_as_float(a)) if is_lanes(a) else (lambda a: np.float32(a))
+
+
+def as_integer(a: Any) -> Any:
+    """A float as a 32-bit integer, rounded towards zero."""
+    return np.int32(a)
+
+
+@intrinsic
+def _lanes_as_integer(_context, a):
+    def codegen(_context, builder, _signature, arguments):
+        return builder.fptosi(arguments[0], ir.VectorType(_I32, LANES))
+
+    return INTEGERS(a), codegen
+
+
+@overload(as_integer)
+def _as_integer(a):
+    return (lambda a: _lanes_as_integer(a)) if is_lanes(a) else (lambda a: np.int32(a))
 
 
 def zeros(weights: Any, blank: tuple[Any, ...]) -> Any:

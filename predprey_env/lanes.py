@@ -16,10 +16,12 @@ multiply-add is fused only where :func:`fma` says so) one lane gives the same bi
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.datamodel import models
@@ -46,8 +48,8 @@ class _LanesModel(models.PrimitiveModel):
         super().__init__(manager, lanes, ir.VectorType(_ELEMENTS[lanes.element], LANES))
 
 
-FLOATS, _INTEGERS, _MASK = Lanes(types.float32), Lanes(types.int32), Lanes(types.boolean)
-_OF_ELEMENT = {types.float32: FLOATS, types.int32: _INTEGERS}
+FLOATS, INTEGERS, _MASK = Lanes(types.float32), Lanes(types.int32), Lanes(types.boolean)
+_OF_ELEMENT = {types.float32: FLOATS, types.int32: INTEGERS}
 
 
 def is_lanes(*values: Any) -> bool:
@@ -62,6 +64,16 @@ def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: A
     number = context.cast(builder, value, given, lanes.element)
     first = builder.insert_element(ir.Constant(ir.VectorType(number.type, LANES), ir.Undefined), number, _I32(0))
     return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(_I32, LANES), [0] * LANES))
+
+
+def lane_zeros(kind: type, *shape: int) -> np.ndarray:
+    """Zeros of a 32-bit type, of shape ``(*shape, LANES)``, whose rows begin on a cache line: no load crosses one, and
+    no two threads write to the same.
+    """
+    n = LANES * math.prod(shape)
+    room: np.ndarray = np.zeros(n + LANES, kind)
+    first = -room.ctypes.data % (room.itemsize * LANES) // room.itemsize
+    return room[first : first + n].reshape(*shape, LANES)
 
 
 # -- arithmetic and comparison ------------------------------------------------------------------------------------
@@ -123,7 +135,7 @@ def _select(_context, mask, a, b):
     if isinstance(known, Lanes):
         lanes = known
     else:
-        lanes = _INTEGERS if isinstance(a, types.Integer) and isinstance(b, types.Integer) else FLOATS
+        lanes = INTEGERS if isinstance(a, types.Integer) and isinstance(b, types.Integer) else FLOATS
 
     def codegen(context, builder, signature, arguments):
         pair = zip(signature.args[1:], arguments[1:], strict=True)

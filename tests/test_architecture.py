@@ -21,9 +21,9 @@ LAYERS = [
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
-# The world beyond its config and the tools that rules are written with.
+# The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
 SEES_THE_WORLD = {"evaluation", "analysis", "cli"}
-NOT_THE_WORLD = {"config", "settings", "compilation", "lanes", "floats"}
+NOT_THE_WORLD = {"config", "settings", "compilation", "lanes", "floats", "policies"}
 
 
 def modules(package: str) -> list[Path]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from esp_trainer.types import Policy
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
+from predprey_env.policies import Policy
 
 
 def replay(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Iterator[str]:

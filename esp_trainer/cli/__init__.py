@@ -127,7 +127,7 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second, on a terminal")
     for each in (evaluate, replay):
         each.add_argument("team", metavar="TEAM", help="a file from a run's champions/")
-        each.add_argument("--against", required=True, metavar="TEAM", help="a file, greedy_chase or flee_nearest")
+        each.add_argument("--against", required=True, metavar="TEAM", help="a file, or a script such as flee_nearest")
         each.add_argument("--seed", type=_natural, default=0, metavar="N")
     show = command("show", "say what a team is and where it came from")
     show.add_argument("team", metavar="TEAM")

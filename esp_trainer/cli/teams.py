@@ -11,14 +11,14 @@ from typing import Any
 
 from esp_trainer.analysis.replay import replay as frames
 from esp_trainer.esp.team import Team
-from esp_trainer.evaluation.match import Player, check_fits, match
+from esp_trainer.evaluation.match import Player, match
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate
-from esp_trainer.types import Policy, Role, ScriptedTeams
+from esp_trainer.types import ROLES, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
-from predprey_env.policies import ROLES as SCRIPT_ROLES
-from predprey_env.policies import SCRIPTS, ScriptedTeam
+from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
+from predprey_env.policies.scripted import NUMBERS
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
@@ -80,7 +80,10 @@ def _changes(origin: Mapping[str, Any]) -> list[str]:
 def replay(team: str, against: str, seed: int, fps: int) -> int:
     """Play one episode as text."""
     players, env = _pair(team, against)
-    policies = {role: _policy(player, env) for role, player in players.items()}
+    policies: dict[Role, Policy] = {
+        role: player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
+        for role, player in players.items()
+    }
     moving = sys.stdout.isatty()
     for frame in frames(policies["predators"], policies["prey"], env, seed):
         print(("\x1b[H\x1b[2J" if moving else "") + frame, flush=True)
@@ -95,7 +98,7 @@ def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
     worlds: list[EnvConfig] = []
     for name in (team, against):
         player = _load(name)
-        role: Role = player.role if isinstance(player, Team) else SCRIPT_ROLES[player.script]
+        role = _role(player, players)
         if role in players:
             raise ValueError(f"a match needs predators and prey, got two teams of {role}")
         players[role] = player
@@ -107,19 +110,27 @@ def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
         raise ValueError(f"{team} does not say which world it is for, and nor does {against}")
     for role, player in players.items():
         if isinstance(player, Team):
-            check_fits(player, role, worlds[0])
+            player.check_fits(role, worlds[0])
     if worlds[0] != worlds[-1]:
         print(f"the teams come from different worlds; they play in that of {team}", file=sys.stderr)
     return players, worlds[0]
 
 
+def _role(player: Player, others: Mapping[Role, Player]) -> Role:
+    """Its own; of a script that both can play, the one that is left."""
+    if isinstance(player, Team):
+        return player.role
+    roles = [role for role in ROLES if player.script in SCRIPTS[role]]
+    return next((role for role in roles if role not in others), roles[0])
+
+
 def _load(name: str) -> Player:
-    if name in SCRIPTS and not Path(name).exists():
+    if name in NUMBERS and not Path(name).exists():
         return ScriptedTeams(name)
     try:
         return Team.load(name)
     except FileNotFoundError as error:
-        near = difflib.get_close_matches(name, SCRIPTS, n=1)
+        near = difflib.get_close_matches(name, NUMBERS, n=1)
         raise FileNotFoundError(f"{error}; did you mean {near[0]}?" if near else str(error)) from None
 
 
@@ -134,10 +145,3 @@ def _words(env: EnvConfig) -> str:
     """What is not as by default."""
     changed = env.model_dump(exclude_defaults=True)
     return ", ".join(f"{name}={value}" for name, value in changed.items()) or "the default one"
-
-
-def _policy(player: Player, env: EnvConfig) -> Policy:
-    if isinstance(player, Team):
-        return player
-    role = SCRIPT_ROLES[player.script]
-    return ScriptedTeam(player.script, env.n_predator_actions if role == "predators" else env.n_prey_actions)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import signal
 import sys
@@ -46,8 +47,18 @@ def resume(directory: Path, generations: int | None, threads: int | None, *, qui
 def _evaluator(config: RunConfig, threads: int | None) -> Evaluator:
     evaluator = FusedEvaluator(config.env, threads)
     _say("preparing the compiled kernel (some 10 s the first time, then from the cache) ...")
-    evaluator.compile()
+    handler = signal.signal(signal.SIGINT, _leave)
+    try:
+        evaluator.compile()
+    finally:
+        signal.signal(signal.SIGINT, handler)
     return evaluator
+
+
+def _leave(number: int, _frame: FrameType | None) -> None:
+    """End at once, while nothing has begun that could be lost: an exception is, where LLVM calls back to Python."""
+    os.write(sys.stderr.fileno(), b"esp-trainer: interrupted\n")
+    os._exit(128 + number)
 
 
 def _run(trainer: Trainer, *, quiet: bool) -> int:

@@ -37,11 +37,8 @@ def side_config(config: RunConfig, role: Role) -> SideConfig:
 
 def side_controller(config: RunConfig, role: Role) -> Controller:
     """The networks of one side's agents."""
-    side, env = side_config(config, role), config.env
-    n_opponents, n_actions = (
-        (env.n_prey, env.n_predator_actions) if role == "predators" else (env.n_predators, env.n_prey_actions)
-    )
-    return make_controller(side, offset_wiring(side, n_opponents), n_actions)
+    settings, side = side_config(config, role), config.env.team(role)
+    return make_controller(settings, offset_wiring(settings, side.n_opponents), side.n_actions)
 
 
 def new_sides(config: RunConfig) -> dict[Role, Side]:
@@ -54,7 +51,7 @@ def _new_side(config: RunConfig, role: Role) -> Side:
     if policy != "esp":
         return ScriptedTeams(policy)
     controller = side_controller(config, role)
-    n_agents = config.env.n_predators if role == "predators" else config.env.n_prey
+    n_agents = config.env.team(role).n_agents
     generator = stream(config.seed, f"initial {role}")
     population = Subpopulations.random(config.esp, controller, n_agents, generator)
     return EvolvingSide(population, HallOfFame(np.empty((0, n_agents, *controller.shape), np.float32)))

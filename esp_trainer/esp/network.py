@@ -4,7 +4,7 @@ alike.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from esp_trainer.types import Controller
 from predprey_env.compilation import rule
 from predprey_env.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.lanes import load, store, where
+from predprey_env.policies.protocol import choose
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 LOG2_E = np.float32(1.4426950408889634)
@@ -87,3 +88,24 @@ def decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any
         more = load(votes, action) > most
         most, winner = where(more, load(votes, action), most), where(more, action, winner)
     return winner
+
+
+class Networks(NamedTuple):
+    """The networks of a team as a player in compiled code; see :func:`predprey_env.policies.protocol.choose`."""
+
+    controller: Controller
+    weights: Any
+    """All agents' gene strings, one after the other: float32 rows."""
+    inputs: Any
+    votes: Any
+
+
+@rule
+def _play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - it needs no memory
+    controller = networks.controller
+    n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
+    first = agent * controller.n_networks * controller.n_hidden * n_genes
+    return decide(controller, networks.weights, first, seen, networks.inputs, networks.votes)
+
+
+choose.register(Networks, _play)

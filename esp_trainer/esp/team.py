@@ -11,15 +11,18 @@ import numpy as np
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.esp.network import decide
+from esp_trainer.esp.network import Networks
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
 from predprey_env.compilation import entry_point
+from predprey_env.config import EnvConfig
+from predprey_env.policies.names import PREFIXES, agent_number, other_team
+from predprey_env.policies.protocol import choose
 
 
 @entry_point
-def _decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any, votes: Any) -> int:
-    return decide(controller, weights, at, seen, inputs, votes)  # type: ignore[no-any-return]
+def _decide(networks: Networks, agent: int, seen: Any) -> int:
+    return choose(networks, agent, seen, networks.inputs, 0)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,21 +59,46 @@ class Team:
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
         """An action for each agent that has an observation, float32 ``(n_seen,)``; the other team's are passed over."""
-        controller, other = self.controller, "predator_" if self.role == "prey" else "prey_"
-        weights = np.ascontiguousarray(self.genomes, np.float32).ravel()
-        inputs, votes = np.empty(controller.n_inputs + 1, np.float32), np.empty(len(controller.blank), np.float32)
+        networks, other = self._networks(), PREFIXES[other_team(self.role)]
         actions = {}
         for agent, seen in observations.items():
             if agent.startswith(other):
                 continue
-            number = agent.rpartition("_")[2]
-            if not number.isdecimal():
-                raise ValueError(f"{agent} must end in an underscore and the agent's number")
-            row = int(number)
+            row = agent_number(agent)
             self._check(agent, row, len(seen))
-            view = np.ascontiguousarray(seen, np.float32)
-            actions[agent] = int(_decide(controller, weights, row * self.genomes[0].size, view, inputs, votes))
+            actions[agent] = int(_decide(networks, row, np.ascontiguousarray(seen, np.float32)))
         return actions
+
+    def compiled(self, team: Role, env: EnvConfig, lanes: int) -> Networks:
+        """The team as a player in compiled code, for one world (``lanes = 0``) or so many at a time.
+
+        Raises :class:`ValueError` if it is not that team, or does not fit the world.
+        """
+        self.check_fits(team, env)
+        networks = self._networks()
+        if not lanes:
+            return networks
+        rows = (np.repeat(array[:, None], lanes, axis=1) for array in networks[1:])
+        return Networks(networks.controller, *rows)
+
+    def check_fits(self, role: Role, env: EnvConfig) -> None:
+        """Raise :class:`ValueError` unless the team can play a role in a world."""
+        if self.role != role:
+            raise ValueError(f"expected {role}, got a team of {self.role}")
+        n_agents, n_opponents, n_actions = env.team(role)
+        sees = (int(self.controller.wiring.max()) + 1) // 2
+        if self.n_agents != n_agents:
+            raise ValueError(f"this world has {n_agents} {role}, got a team of {self.n_agents}")
+        if sees != n_opponents:
+            raise ValueError(f"this world has {n_opponents} {other_team(role)}, got {role} evolved against {sees}")
+        if len(self.controller.blank) != n_actions:
+            got = len(self.controller.blank)
+            raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
+
+    def _networks(self) -> Networks:
+        inputs, votes = self.controller.n_inputs + 1, len(self.controller.blank)
+        weights = np.ascontiguousarray(self.genomes, np.float32).ravel()
+        return Networks(self.controller, weights, np.empty(inputs, np.float32), np.empty(votes, np.float32))
 
     def _check(self, agent: str, row: int, length: int) -> None:
         least = int(self.controller.wiring.max()) + 1

@@ -9,10 +9,11 @@ import numpy as np
 
 from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import Controller, EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import Controller, EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.lanes import LANES
-from predprey_env.policies import SCRIPTS
+from predprey_env.policies import ScriptedTeam
+from predprey_env.policies.scripted import Script
 
 _PARTS_PER_THREAD = 2  # a thread whose episodes are short takes over a part of one whose are long
 
@@ -33,7 +34,7 @@ class FusedEvaluator:
 
     def compile(self) -> None:
         """Get the kernel ready: from the cache in a moment, or by compiling it, which takes some 10 s."""
-        nobody = TrialBatch(ScriptedTeams("greedy_chase"), ScriptedTeams("flee_nearest"), np.zeros(self._shape(0, 1)))
+        nobody = TrialBatch(ScriptedTeams("random"), ScriptedTeams("random"), np.zeros(self._shape(0, 1)))
         self.evaluate(nobody)
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
@@ -59,8 +60,8 @@ class FusedEvaluator:
         n_trials, n_episodes = starts.shape[:2]
         if n_episodes < 1:
             raise ValueError("a trial needs at least one episode, got none")
-        predators = _side(batch.predators, (n_trials, env.n_predators), env.n_predator_actions, 2 * env.n_prey)
-        prey = _side(batch.prey, (n_trials, env.n_prey), env.n_prey_actions, 2 * env.n_predators)
+        predators = _side("predators", batch.predators, n_trials, env)
+        prey = _side("prey", batch.prey, n_trials, env)
         outcome = Outcome(
             fitness=np.zeros((n_trials, n_episodes, env.n_agents)),
             captured=np.zeros((n_trials, n_episodes, env.n_prey), np.bool_),
@@ -87,23 +88,26 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _side(teams: Teams, expected: tuple[int, int], n_actions: int, n_seen: int) -> Side:
+def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
     """One side of a batch in the layout that the kernel was compiled for."""
-    blank = (np.float32(0.0),) * n_actions
+    n_agents, n_opponents, n_actions = env.team(role)
     if not isinstance(teams, EvolvedTeams):
+        blank = (np.float32(0.0),) * n_actions
         nobody = Controller(0, 2, 0, blank, False, False, False, np.float32(1.0), np.zeros((1, 2), np.int64))
-        empty = np.zeros((1, expected[1], 0, 0), np.int64)
-        return Side(SCRIPTS[teams.script], n_actions, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
-    if teams.indices.shape[:2] != expected or len(teams.controller.blank) != n_actions:
+        empty = np.zeros((1, n_agents, 0, 0), np.int64)
+        script = ScriptedTeam.of(teams.script, role, env).compiled(role, env, LANES)
+        return Side(script, n_actions, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
+    if teams.indices.shape[:2] != (n_trials, n_agents) or len(teams.controller.blank) != n_actions:
         raise ValueError(
-            f"teams must have {expected[0]} trials, {expected[1]} agents and {n_actions} actions, "
+            f"teams must have {n_trials} trials, {n_agents} agents and {n_actions} actions, "
             f"got {teams.indices.shape[0]}, {teams.indices.shape[1]} and {len(teams.controller.blank)}"
         )
-    if teams.controller.wiring.max() >= n_seen:
-        raise ValueError(f"networks must read entries below {n_seen}, got {teams.controller.wiring.max()}")
+    if teams.controller.wiring.max() >= 2 * n_opponents:
+        raise ValueError(f"networks must read entries below {2 * n_opponents}, got {teams.controller.wiring.max()}")
     n_candidates = teams.genomes.shape[3]
     if teams.indices.size and not 0 <= teams.indices.min() <= teams.indices.max() < n_candidates:
         raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")
     # Read-only arrays are another type to Numba, and would be compiled for anew.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
-    return Side(0, n_actions, teams.controller, genomes, np.require(teams.indices, np.int64, ["C", "W"]))
+    indices = np.require(teams.indices, np.int64, ["C", "W"])
+    return Side(Script(0, n_opponents, n_actions), n_actions, teams.controller, genomes, indices)

@@ -18,11 +18,11 @@ from predprey_env.compilation import entry_point, rule
 from predprey_env.config import Rules
 from predprey_env.dynamics import World, is_over, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
-from predprey_env.lanes import LANES, any_of, load, store, where
+from predprey_env.lanes import LANES, any_of, lane_zeros, load, store, where
 from predprey_env.observation import observe
-from predprey_env.policies import scripted
-
-_LINE = 64  # bytes of a cache line, and of a row of lanes
+from predprey_env.policies.chance import scramble
+from predprey_env.policies.protocol import MEMORY
+from predprey_env.policies.scripted import Script, follow
 
 PARKED = -(1 << 30)
 """The clock of a lane that has nothing more to play: its time limit never comes."""
@@ -31,8 +31,8 @@ PARKED = -(1 << 30)
 class Side(NamedTuple):
     """One side of a batch as the kernel reads it."""
 
-    script: int
-    """0, or the number of the scripted policy."""
+    script: Script
+    """The script that it follows; number 0 where networks play."""
     n_actions: int
     controller: Controller
     genomes: Any
@@ -47,6 +47,8 @@ class Memory(NamedTuple):
     """A single world, to score a lane in."""
     clock: Any
     actions: Any
+    kept: Any
+    """What scripts remember: ``MEMORY`` rows for each agent."""
     predator_weights: Any
     prey_weights: Any
     seen: Any
@@ -74,23 +76,18 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
     genes = [prod(side.indices.shape[1:]) * side.genomes.shape[-1] for side in (predators, prey)]
     most_inputs = max(predators.controller.n_inputs, prey.controller.n_inputs)
 
-    def lanes(rows: int, kind: type) -> np.ndarray:
-        # Rows that begin on a cache line: no load crosses one, and no two threads write to the same.
-        memory: np.ndarray = np.zeros((rows + 1) * LANES, kind)
-        first = -memory.ctypes.data % _LINE // memory.itemsize
-        return memory[first : first + rows * LANES].reshape(rows, LANES)
-
     return Memory(
-        world=World(lanes(n_agents, np.int32), lanes(n_agents, np.int32), lanes(rules.n_prey, np.int32)),
+        world=World(*(lane_zeros(np.int32, rows) for rows in (n_agents, n_agents, rules.n_prey))),
         one=World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.zeros(rules.n_prey, np.int32)),
-        clock=lanes(1, np.int32),
-        actions=lanes(n_agents, np.int32),
-        predator_weights=lanes(genes[0], np.float32),
-        prey_weights=lanes(genes[1], np.float32),
-        seen=lanes(2 * n_agents, np.float32),
-        inputs=lanes(most_inputs + 1, np.float32),
-        votes=lanes(max(predators.n_actions, prey.n_actions), np.float32),
-        ended=lanes(1, np.int32),
+        clock=lane_zeros(np.int32, 1),
+        actions=lane_zeros(np.int32, n_agents),
+        kept=lane_zeros(np.int32, n_agents * MEMORY),
+        predator_weights=lane_zeros(np.float32, genes[0]),
+        prey_weights=lane_zeros(np.float32, genes[1]),
+        seen=lane_zeros(np.float32, 2 * n_agents),
+        inputs=lane_zeros(np.float32, most_inputs + 1),
+        votes=lane_zeros(np.float32, max(predators.n_actions, prey.n_actions)),
+        ended=lane_zeros(np.int32, 1),
         episode=np.zeros(LANES, np.int64),
     )
 
@@ -112,12 +109,23 @@ def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
 
 
 @rule
+def script_seed(trial: int, episode: int, n_episodes: int) -> int:
+    """What a scripted team is reset with in an episode of a batch."""
+    return trial * n_episodes + episode
+
+
+@rule
 def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome) -> None:
     """Put a lane's world to the start of its episode."""
     episode = memory.episode[lane]
+    n_predators = starts.shape[2] - len(memory.world.alive)
     for agent in range(starts.shape[2]):
         memory.world.x[agent, lane] = starts[trial, episode, agent, 0]
         memory.world.y[agent, lane] = starts[trial, episode, agent, 1]
+        for row in range(1, MEMORY):
+            memory.kept[agent * MEMORY + row, lane] = 0
+        number = agent if agent < n_predators else agent - n_predators
+        memory.kept[agent * MEMORY, lane] = scramble(script_seed(trial, episode, starts.shape[1]), number)
     for prey in range(len(memory.world.alive)):
         memory.world.alive[prey, lane] = 1
     memory.clock[0, lane] = 0
@@ -141,10 +149,10 @@ def _record(memory: Memory, lane: int, trial: int, outcome: Outcome) -> None:
 
 
 @rule
-def _choose(side: Side, weights: Any, agent: int, n_opponents: int, memory: Memory) -> Any:
-    """The action of one agent of a side, from what it sees."""
-    if side.script != 0:
-        return scripted(side.script, memory.seen, n_opponents, side.n_actions)
+def _choose(side: Side, weights: Any, agent: int, kept: int, memory: Memory) -> Any:
+    """The action of one agent of a side, from what it sees; what it remembers is kept from row ``kept`` on."""
+    if side.script.number != 0:
+        return follow(side.script, agent, memory.seen, memory.kept, kept)
     at = agent * (len(weights) // side.indices.shape[1])
     return decide(side.controller, weights, at, memory.seen, memory.inputs, memory.votes)
 
@@ -154,7 +162,7 @@ def _predators_choose(memory: Memory, side: Side, rules: Rules) -> None:
     """Every predator looks and chooses."""
     for agent in range(rules.n_predators):
         observe(memory.world, agent, rules, memory.seen, 0)
-        store(memory.actions, agent, _choose(side, memory.predator_weights, agent, rules.n_prey, memory))
+        store(memory.actions, agent, _choose(side, memory.predator_weights, agent, agent * MEMORY, memory))
 
 
 @rule
@@ -162,8 +170,8 @@ def _prey_choose(memory: Memory, side: Side, rules: Rules) -> None:
     """Every prey looks and chooses."""
     for agent in range(rules.n_prey):
         observe(memory.world, rules.n_predators + agent, rules, memory.seen, 0)
-        action = _choose(side, memory.prey_weights, agent, rules.n_predators, memory)
-        store(memory.actions, rules.n_predators + agent, action)
+        row = rules.n_predators + agent
+        store(memory.actions, row, _choose(side, memory.prey_weights, agent, row * MEMORY, memory))
 
 
 @rule

@@ -15,10 +15,10 @@ from pettingzoo import ParallelEnv
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import Team, pick
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import ROLES, EvolvedTeams, Policy, Role, ScriptedTeams, Starts, Teams, TrialBatch, TrialResult
+from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, Teams, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
-from predprey_env.policies import ScriptedTeam
+from predprey_env.policies import Policy, ScriptedTeam
 
 
 class ResettableStarts(Starts, Protocol):
@@ -69,7 +69,9 @@ class ReferenceEvaluator:
         for trial in range(n_trials):
             policies = {role: self._policy(role, getattr(batch, role), trial) for role in ROLES}
             for episode in range(n_episodes):
-                for call, (rewards, infos) in enumerate(self.play(policies, batch.starts[trial, episode]), start=1):
+                seed = trial * n_episodes + episode  # of scripts, as in the kernel
+                steps_of_episode = self.play(policies, batch.starts[trial, episode], seed)
+                for call, (rewards, infos) in enumerate(steps_of_episode, start=1):
                     result.fitness[trial, episode] += [rewards.get(agent, 0.0) for agent in everybody]
                     caught = [infos.get(agent, {}).get("captured", 0) for agent in self.agents["prey"]]
                     result.captured[trial, episode] |= np.array(caught, bool)
@@ -78,23 +80,26 @@ class ReferenceEvaluator:
         return result
 
     def play(
-        self, policies: dict[Role, Policy], start: np.ndarray
+        self, policies: dict[Role, Policy], start: np.ndarray, seed: int = 0
     ) -> Iterator[tuple[dict[str, float], dict[str, dict[str, Any]]]]:
         """One episode, step by step: everybody's rewards and infos."""
-        observations, _ = self.env.reset(**self.starts.reset_arguments(start))
+        observations, infos = self.env.reset(**self.starts.reset_arguments(start))
         for policy in policies.values():
-            policy.reset()
+            policy.reset(seed)
         while self.env.agents:
             actions: dict[str, int] = {}
             for role, policy in policies.items():
-                actions |= policy.act({a: seen for a, seen in observations.items() if a in self.agents[role]})
+                in_turn = [a for a in self.agents[role] if infos.get(a, {}).get("in_turn", a in observations)]
+                actions |= policy.act({agent: observations[agent] for agent in in_turn})
             observations, rewards, _, _, infos = self.env.step(actions)
             yield rewards, infos
 
     def _policy(self, role: Role, teams: Teams, trial: int) -> Policy:
         if isinstance(teams, ScriptedTeams):
+            if isinstance(self.env, PredPreyEnv):
+                return ScriptedTeam.of(teams.script, role, self.env.config)
             n_actions = self.env.action_space(self.agents[role][0]).n
-            return ScriptedTeam(teams.script, int(n_actions))
+            return ScriptedTeam(teams.script, role, int(n_actions))
         return team_of_trial(role, teams, trial)
 
 

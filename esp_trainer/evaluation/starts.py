@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from predprey_env.config import EnvConfig
-from predprey_env.dynamics import draw_starts, on_a_predator
+from predprey_env.starts import draw_starts, on_a_predator
 
 _PATIENCE = 100  # draws before a start is given up
 

@@ -72,8 +72,11 @@ def test_numbers_that_are_not_finite_are_refused(field: str, value: float):
         ({"esp": {"hof_mates": 26}}, ["esp", "hof_mates must be at most the 25 breeding pairs, got 26"]),
         ({"esp": {"subpopulation_size": 4, "elite_share": 0.1}}, ["esp", "must select a neuron of 4, got 0.1"]),
         ({"env": {"size": 3, "n_predators": 9}}, ["env", "agents need at least as many cells, got size=3"]),
-        ({"predators": {"policy": "flee_nearest"}}, ["predators.policy must be 'esp' or 'greedy_chase', got"]),
-        ({"prey": {"policy": "greedy_chase"}}, ["prey.policy must be 'esp' or 'flee_nearest', got 'greedy_chase'"]),
+        (
+            {"predators": {"policy": "flee_nearest"}},
+            ["predators.policy must be one of esp, random, greedy", "got 'flee_nearest'"],
+        ),
+        ({"prey": {"policy": "greedy_chase"}}, ["prey.policy must be one of esp, random, flee", "got 'greedy_chase'"]),
         (
             {"predators": {"policy": "greedy_chase"}, "prey": {"policy": "flee_nearest"}},
             ["predators.policy and prey.policy", "'esp'", "got two scripts"],

@@ -1,9 +1,12 @@
+"""Machine code on disk is that of the rules as they are, and does what their Python source does."""
+
 from __future__ import annotations
 
 import importlib.util
+import sys
 from pathlib import Path
-from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from types import FunctionType, ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,38 +15,13 @@ from hypothesis import strategies as st
 from numba.core.registry import CPUDispatcher
 
 from predprey_env import EnvConfig, compilation
-from predprey_env.compilation import _DigestCache, source_files
-from predprey_env.dynamics import World, draw_starts
+from predprey_env.dynamics import World
 from predprey_env.parallel_env import EVERYBODY, NOBODY, PREDATORS, PREY, _advance
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-SOURCES = {
-    *{"parallel_env.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
-    "config.py",  # the named tuple that they read
-    *{"lanes.py", "floats.py", "compilation.py"},  # what they are written and compiled with
-}
-
+from predprey_env.policies.protocol import MEMORY
+from predprey_env.policies.scripted import NUMBERS, Script, _act
+from predprey_env.starts import draw_starts
 
 # -- the cache ----------------------------------------------------------------------------------------------------
-
-
-def test_the_sources_of_a_step_are_all_files_that_state_a_rule() -> None:
-    assert {Path(file).name for file in source_files(_advance.py_func)} == SOURCES
-
-
-@pytest.mark.parametrize("name", sorted(SOURCES))
-def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    read, signature = Path.read_bytes, _advance.signatures[0] if _advance.signatures else ()
-    key = _DigestCache(_advance.py_func)._index_key(signature, _codegen())
-    assert _DigestCache(_advance.py_func)._index_key(signature, _codegen()) == key
-    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
-    assert _DigestCache(_advance.py_func)._index_key(signature, _codegen()) != key
-
-
-def _codegen() -> Any:
-    return _advance.targetctx.codegen()
 
 
 def _load(path: Path) -> ModuleType:
@@ -68,7 +46,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
                 "from inner_rule import add\nfrom predprey_env.compilation import entry_point\n\n"
                 "@entry_point\ndef main(a):\n    return add(a)\n"
             )
-        monkeypatch.delitem(__import__("sys").modules, "inner_rule", raising=False)
+        monkeypatch.delitem(sys.modules, "inner_rule", raising=False)
         importlib.invalidate_caches()
         for compiled in tmp_path.glob("__pycache__/inner_rule*"):
             compiled.unlink()
@@ -89,6 +67,53 @@ def test_an_unchanged_program_is_loaded_from_disk(program) -> None:
     again = program(1)
     assert again(10) == 11
     assert sum(again.stats.cache_hits.values()) == 1
+
+
+def test_a_class_that_is_not_there_any_more_spoils_nothing_for_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A player that somebody wrote for an experiment is in the index of a function of this package, by its name."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    named = "from typing import NamedTuple\n\nclass {}(NamedTuple):\n    value: int\n"
+    (tmp_path / "gone_player.py").write_text(named.format("Gone"))
+    (tmp_path / "kept_player.py").write_text(named.format("Kept"))
+    main = tmp_path / "ask_player.py"
+    main.write_text(
+        "from predprey_env.compilation import entry_point\n\n@entry_point\ndef ask(player):\n    return player.value\n"
+    )
+    importlib.invalidate_caches()
+    assert _load(main).ask(importlib.import_module("gone_player").Gone(3)) == 3
+    (tmp_path / "gone_player.py").unlink()
+    for compiled in tmp_path.glob("__pycache__/gone_player*"):
+        compiled.unlink()
+    monkeypatch.delitem(sys.modules, "gone_player")
+    importlib.invalidate_caches()
+    assert _load(main).ask(importlib.import_module("kept_player").Kept(4)) == 4
+
+
+def test_a_rule_that_is_in_no_file_is_compiled_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a notebook: it cannot be known whether it was edited."""
+    (tmp_path / "outer_entry.py").write_text(
+        "from cell import add\nfrom predprey_env.compilation import entry_point\n\n"
+        "@entry_point\ndef main(a):\n    return add(a)\n"
+    )
+    for number in (1, 2):
+        cell = ModuleType("cell")
+        source = f"from predprey_env.compilation import rule\n\n@rule\ndef add(a):\n    return a + {number}\n"
+        exec(compile(source, "<cell 3>", "exec"), cell.__dict__)
+        monkeypatch.setitem(sys.modules, "cell", cell)
+        assert _load(tmp_path / "outer_entry.py").main(10) == 10 + number
+
+
+def test_a_class_that_is_in_no_file_is_known_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "outer_entry.py").write_text(
+        "from predprey_env.compilation import entry_point\n\n@entry_point\ndef main(player):\n    return player.value\n"
+    )
+    cell = ModuleType("cell")
+    monkeypatch.setitem(sys.modules, "cell", cell)
+    source = "from typing import NamedTuple\n\nclass Number(NamedTuple):\n    value: int\n"
+    exec(compile(source, "<cell 3>", "exec"), cell.__dict__)
+    assert _load(tmp_path / "outer_entry.py").main(cell.Number(5)) == 5
 
 
 def test_rules_and_entry_points_run_without_the_lock_of_python() -> None:
@@ -133,3 +158,20 @@ def test_compiled_rules_equal_their_python_source(config: EnvConfig, seed: int) 
         assert all(rows.tobytes() == others.tobytes() for rows, others in zip(compiled, python, strict=True))
         assert seen[0].tobytes() == seen[1].tobytes()
         assert scores[0].tobytes() == scores[1].tobytes()
+
+
+@pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")  # which the random script is built on
+@pytest.mark.parametrize("in_turns", [False, True])
+@pytest.mark.parametrize("n_actions", [4, 5])
+@pytest.mark.parametrize("script", NUMBERS)
+def test_compiled_scripts_equal_their_python_source(script: str, n_actions: int, in_turns: bool) -> None:
+    python, random = as_python(_act, {}), np.random.default_rng(0)
+    player, memories = Script(NUMBERS[script], 3, n_actions, in_turns), np.zeros((2, MEMORY), np.int32)
+    seen = random.integers(-4, 5, 6).astype(np.float32)
+    for step in range(200):
+        seen[random.integers(6)] += random.integers(-1, 2)  # by a step, as what moves is seen to
+        actions = [
+            act(player, 2, seen, memory, 5, step == 0) for act, memory in zip((_act, python), memories, strict=True)
+        ]
+        assert actions[0] == actions[1]
+        assert memories[0].tolist() == memories[1].tolist()

@@ -27,6 +27,7 @@ class Outer(Settings):
         ({"n_predators": 0}, "n_predators must be at least 1, got 0"),
         ({"n_prey": -2}, "n_prey must be at least 1, got -2"),
         ({"size": 2}, "size must be at least 3, got 2"),
+        ({"size": 1}, "size must be at least 3, got 1"),
         ({"size": 10_001}, "size must be at most 10000, got 10001"),
         ({"max_cycles": 0}, "max_cycles must be at least 1, got 0"),
         ({"size": 3, "n_predators": 8}, "10 agents need at least as many cells, got size=3"),

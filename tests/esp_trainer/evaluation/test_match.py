@@ -11,7 +11,7 @@ from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.evaluation.match import check_fits, match
+from esp_trainer.evaluation.match import match
 from esp_trainer.seeding import stream
 from esp_trainer.types import Role, ScriptedTeams, TrialBatch
 from predprey_env import EnvConfig
@@ -103,7 +103,7 @@ def test_captures_on_an_odd_torus_are_counted_too():
 )
 def test_a_team_that_does_not_fit_is_refused_with_one_line(team: Team, role: Role, line: str):
     with pytest.raises(ValueError, match=f"^{line}$"):
-        check_fits(team, role, ENV)
+        team.check_fits(role, ENV)
     entered = (team, FLEE) if role == "predators" else (CHASE, team)
     with pytest.raises(ValueError, match=f"^{line}$"):
         match(*entered, ENV, 4)
@@ -111,6 +111,6 @@ def test_a_team_that_does_not_fit_is_refused_with_one_line(team: Team, role: Rol
 
 @pytest.mark.parametrize("controller", ["split", "monolithic"])
 def test_a_team_that_fits_passes(controller: str):
-    check_fits(random_team("predators", controller=controller), "predators", ENV)
-    check_fits(random_team("prey", controller=controller), "prey", ENV)
-    check_fits(random_team("prey", controller=controller), "prey", ENV.replace(size=50, max_cycles=9))
+    random_team("predators", controller=controller).check_fits("predators", ENV)
+    random_team("prey", controller=controller).check_fits("prey", ENV)
+    random_team("prey", controller=controller).check_fits("prey", ENV.replace(size=50, max_cycles=9))

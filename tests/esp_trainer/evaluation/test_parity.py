@@ -17,12 +17,12 @@ from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.policies import ScriptedTeam
+from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from esp_trainer.types import Policy, Role, Teams
+    from esp_trainer.types import Role, Teams
 
 
 class Switches(NamedTuple):
@@ -78,7 +78,7 @@ VARIANTS = {
 }
 
 
-def walk(env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray) -> np.ndarray:
+def walk(env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray, seed: int) -> np.ndarray:
     """Everybody's cells at the start and after every time step, ``(steps + 1, n_agents, 2)``, read from the state."""
     n = env.config.n_agents
     calls_a_step = 2 if env.config.move_order == "prey_first" else 1
@@ -86,21 +86,22 @@ def walk(env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray) -
     def cells() -> np.ndarray:
         return env.state()[: 2 * n].reshape(2, n).T
 
-    observations, _ = env.reset(options={"starts": start})
+    observations, infos = env.reset(options={"starts": start})
+    predators.reset(seed)
+    prey.reset(seed)
     path, calls = [cells()], 0
     while env.agents:
-        hunters = {agent: seen for agent, seen in observations.items() if agent.startswith("predator")}
-        hunted = {agent: seen for agent, seen in observations.items() if agent.startswith("prey")}
-        observations, *_ = env.step({**predators.act(hunters), **prey.act(hunted)})
+        views = {agent: seen for agent, seen in observations.items() if infos[agent]["in_turn"]}
+        observations, *_, infos = env.step(predators.act(views) | prey.act(views))
         calls += 1
         if calls % calls_a_step == 0:
             path.append(cells())
     return np.array(path)
 
 
-def policy(role: Role, teams: Teams, trial: int, n_actions: int) -> Policy:
+def policy(role: Role, teams: Teams, trial: int, config: EnvConfig) -> Policy:
     if isinstance(teams, ScriptedTeams):
-        return ScriptedTeam(teams.script, n_actions)
+        return ScriptedTeam.of(teams.script, role, config)
     return team_of_trial(role, teams, trial)
 
 
@@ -114,10 +115,10 @@ def assert_same_walks(config: EnvConfig, batch: TrialBatch) -> None:
     trace = FusedEvaluator(config, threads=1).trace(batch)
     env = PredPreyEnv(config)
     for trial in range(len(batch.starts)):
-        predators = policy("predators", batch.predators, trial, config.n_predator_actions)
-        prey = policy("prey", batch.prey, trial, config.n_prey_actions)
+        predators = policy("predators", batch.predators, trial, config)
+        prey = policy("prey", batch.prey, trial, config)
         for episode, start in enumerate(batch.starts[trial]):
-            path = walk(env, predators, prey, start)
+            path = walk(env, predators, prey, start, seed=trial * len(batch.starts[trial]) + episode)
             assert np.array_equal(trace[trial, episode, : len(path)], path)
             assert (trace[trial, episode, len(path) :] == -1).all()
 
@@ -163,10 +164,12 @@ def test_presets_play_the_same_on_a_tiny_world(name: str, random_batch: Callable
     assert_parity(config.env, random_batch(config, n_trials=19, n_episodes=2))
 
 
-@pytest.mark.parametrize("env", [EnvConfig(size=5, max_cycles=20), EnvConfig(size=5, move_order="prey_first")])
-def test_two_scripts_play_the_same(env: EnvConfig, random_batch: Callable[..., TrialBatch]):
-    starts = random_batch(RunConfig(env=env), 33, 2).starts
-    assert_parity(env, TrialBatch(ScriptedTeams("greedy_chase"), ScriptedTeams("flee_nearest"), starts))
+@pytest.mark.parametrize("env", [EnvConfig(size=7, max_cycles=20), EnvConfig(size=8, move_order="prey_first")])
+@pytest.mark.parametrize("prey", SCRIPTS["prey"])
+@pytest.mark.parametrize("predators", SCRIPTS["predators"])
+def test_two_scripts_play_the_same(predators: str, prey: str, env: EnvConfig, random_batch: Callable[..., TrialBatch]):
+    starts = random_batch(RunConfig(env=env), 19, 2).starts
+    assert_parity(env, TrialBatch(ScriptedTeams(predators), ScriptedTeams(prey), starts))
 
 
 SIDES = st.builds(

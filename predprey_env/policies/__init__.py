@@ -1,0 +1,7 @@
+"""Policies that play a team: the protocol that they meet, and scripted teams to evolve, train and compare against."""
+
+from predprey_env.policies.names import SCRIPTS, PredatorScript, PreyScript
+from predprey_env.policies.protocol import Policy
+from predprey_env.policies.scripted import ScriptedTeam
+
+__all__ = ["SCRIPTS", "Policy", "PredatorScript", "PreyScript", "ScriptedTeam"]

@@ -1,0 +1,35 @@
+"""Random choices in compiled code, from a seed that the caller draws: the same in one world and in sixteen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from predprey_env.compilation import rule
+from predprey_env.lanes import where
+
+_LOW_BITS = (1 << 31) - 1
+
+
+@rule
+def scramble(seed: int, agent: int) -> int:
+    """The state that an agent's choices start from, in [0, 2**31): multiply-xorshift rounds over both numbers."""
+    bits = (seed + agent * 0x61C88647 + 0x2545F491) & _LOW_BITS
+    bits = ((bits ^ (bits >> 15)) * 0x2C1B3C6D) & _LOW_BITS
+    bits = ((bits ^ (bits >> 12)) * 0x297A2D39) & _LOW_BITS
+    return bits ^ (bits >> 15)
+
+
+@rule
+def advance(state: Any) -> Any:
+    """The state after one: a linear congruential generator modulo 2**31."""
+    return (state * 1664525 + 1013904223) & _LOW_BITS
+
+
+@rule
+def pick(state: Any, n: int) -> Any:
+    """A number in ``0 .. n - 1`` from the high bits of a state, which are the random ones."""
+    share = (1 << 31) // n
+    picked = where(state >= share, 1, 0)
+    for k in range(2, n):
+        picked = picked + where(state >= k * share, 1, 0)
+    return picked

@@ -1,0 +1,36 @@
+"""Scripted prey."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from predprey_env.compilation import rule
+from predprey_env.lanes import load, store, where
+from predprey_env.policies.sight import nearest, towards
+
+
+@rule
+def flee_nearest(seen: Any, n_opponents: int) -> Any:
+    """It runs straight away from the nearest predator: the fixed prey of Yong & Miikkulainen (2001)."""
+    dx, dy, _ = nearest(seen, n_opponents)
+    return towards(0 - dx, 0 - dy)
+
+
+@rule
+def flee_centroid(seen: Any, n_opponents: int) -> Any:
+    """It runs away from the predators' centroid, each taken the shortest way round: the mean of their offsets."""
+    dx, dy = load(seen, 0), load(seen, 1)
+    for opponent in range(1, n_opponents):
+        dx, dy = dx + load(seen, 2 * opponent), dy + load(seen, 2 * opponent + 1)
+    return towards(0 - dx, 0 - dy)
+
+
+@rule
+def run_straight(seen: Any, n_opponents: int, memory: Any, at: int) -> Any:
+    """It starts away from the nearest predator and never turns: who only follows never gets it (the linear prey of
+    Haynes & Sen, 1995).
+    """
+    kept = load(memory, at + 1)  # its direction, counted from 1
+    direction = where(kept > 0, kept - 1, flee_nearest(seen, n_opponents))
+    store(memory, at + 1, direction + 1)
+    return direction

@@ -1,0 +1,55 @@
+"""What the environment asks of whoever plays a team: in Python, and in compiled code."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import singledispatch
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numba.extending import overload
+
+MEMORY = 4
+"""Rows of memory that a compiled player has for each of its agents, int32."""
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Plays one team, agent by agent or all of them together.
+
+    It may have a method ``compiled(team: TeamName, env: EnvConfig, lanes: int) -> player`` too, with which
+    :func:`predprey_env.vector_env` plays it without leaving compiled code. The player is a named tuple that
+    :func:`choose` knows, its arrays laid out for one world (``lanes = 0``) or for a block of worlds. The method raises
+    :class:`ValueError` if the policy cannot play that team in that world.
+    """
+
+    def reset(self, seed: int | None = None) -> None:
+        """Start an episode: forget the last one; whatever is random follows from the seed, in [0, 2**31)."""
+        ...
+
+    def act(self, observations: dict[str, np.ndarray]) -> Mapping[str, int]:
+        """An action for each agent of the team that has an observation."""
+        ...
+
+
+@singledispatch
+def choose(player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
+    """The action of one agent of a team, as a value; a rule is registered for each class of player.
+
+    Args:
+        player: Who plays the team, a named tuple.
+        agent: The agent's number in its team.
+        seen: What it observes: rows of float32.
+        memory: What the player keeps: rows of int32. When an episode starts, the first of an agent's holds
+            :func:`~predprey_env.policies.chance.scramble` of the seed and the agent's number, the others 0.
+        at: The first of the agent's :data:`MEMORY` rows.
+    """
+    raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
+
+
+@overload(choose, jit_options={"nogil": True, "_nrt": False, "forceinline": True})
+def _choose(player, agent, seen, memory, at):  # type: ignore[no-untyped-def]
+    implementation = choose.registry.get(getattr(player, "instance_class", None))
+    if implementation is None:
+        return None
+    return lambda player, agent, seen, memory, at: implementation(player, agent, seen, memory, at)

@@ -1,0 +1,148 @@
+"""Scripted teams: every agent of a team follows the same script, and sees only what agents see."""
+
+from __future__ import annotations
+
+from operator import index
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from predprey_env.compilation import entry_point, rule
+from predprey_env.config import EnvConfig, TeamName
+from predprey_env.lanes import load, store
+from predprey_env.policies.chance import advance, pick, scramble
+from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_team
+from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
+from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
+from predprey_env.policies.protocol import MEMORY, choose
+
+RANDOM, GREEDY_CHASE, PARITY_CHASE, INTERCEPT, SURROUND, FLEE_NEAREST, FLEE_CENTROID, RUN_STRAIGHT = range(1, 9)
+
+NUMBERS = {
+    "random": RANDOM,
+    "greedy_chase": GREEDY_CHASE,
+    "parity_chase": PARITY_CHASE,
+    "intercept": INTERCEPT,
+    "surround": SURROUND,
+    "flee_nearest": FLEE_NEAREST,
+    "flee_centroid": FLEE_CENTROID,
+    "run_straight": RUN_STRAIGHT,
+}
+"""The scripts as compiled code knows them."""
+
+KEEP_STEP = (PARITY_CHASE, INTERCEPT, SURROUND)
+"""Those for which it matters whether teams move in turns."""
+
+
+class Script(NamedTuple):
+    """A scripted team as compiled code reads it."""
+
+    number: int
+    """One of :data:`NUMBERS`."""
+    n_opponents: int
+    n_actions: int
+    in_turns: bool = False
+    """Whether predators move after the prey, and see it."""
+
+
+@rule
+def follow(script: Script, agent: int, seen: Any, memory: Any, at: int) -> Any:
+    """The action of one agent of a scripted team; see :func:`predprey_env.policies.protocol.choose`."""
+    number, n_opponents, n_actions, in_turns = script
+    if number == GREEDY_CHASE:
+        return greedy_chase(seen, n_opponents, n_actions)
+    if number == PARITY_CHASE:
+        return parity_chase(seen, n_opponents, n_actions, in_turns)
+    if number == INTERCEPT:
+        return intercept(seen, n_opponents, n_actions, in_turns, memory, at)
+    if number == SURROUND:
+        return surround(agent, seen, n_opponents, n_actions, in_turns)
+    if number == FLEE_NEAREST:
+        return flee_nearest(seen, n_opponents)
+    if number == FLEE_CENTROID:
+        return flee_centroid(seen, n_opponents)
+    if number == RUN_STRAIGHT:
+        return run_straight(seen, n_opponents, memory, at)
+    state = load(memory, at)
+    store(memory, at, advance(state))
+    return pick(state, n_actions)
+
+
+choose.register(Script, follow)
+
+
+@entry_point
+def _act(script: Script, agent: int, seen: Any, memory: Any, seed: int, fresh: bool) -> int:
+    if fresh:
+        memory[0] = scramble(seed, agent)
+    return follow(script, agent, seen, memory, 0)  # type: ignore[no-any-return]
+
+
+class ScriptedTeam:
+    """A team in which every agent follows the same script.
+
+    Meets the policy protocol. An agent's number, which decides its role, is the one at the end of its name.
+
+    Args:
+        script: One of :data:`SCRIPTS` of the team.
+        team: Which team; needed only for ``random``, which both can play.
+        n_actions: How many actions an agent has; by default 5 for predators and 4 for prey.
+        in_turns: Whether predators move after the prey, and see it.
+    """
+
+    def __init__(
+        self, script: str, team: TeamName | None = None, n_actions: int | None = None, *, in_turns: bool = False
+    ) -> None:
+        if team is not None and team not in SCRIPTS:
+            raise ValueError(f"team must be {' or '.join(SCRIPTS)}, got {team!r}")
+        teams = [name for name, scripts in SCRIPTS.items() if script in scripts and team in (None, name)]
+        if not teams:
+            known = NUMBERS if team is None else SCRIPTS[team]
+            raise ValueError(f"script must be one of {', '.join(known)}, got {script!r}")
+        if len(teams) > 1:
+            raise ValueError(f"{script} can be predators or prey: name the team")
+        self.script = script
+        self.team = teams[0]
+        self.n_actions = EnvConfig().team(self.team).n_actions if n_actions is None else n_actions
+        if self.n_actions < 4:
+            raise ValueError(f"a script needs the four moves at least, got n_actions={n_actions}")
+        self.in_turns = in_turns
+        self._seed: int | None = None  # drawn when first needed
+        self._memory: dict[str, np.ndarray] = {}
+
+    def reset(self, seed: int | None = None) -> None:
+        """Start an episode; without a seed, what is random differs each time."""
+        self._seed = None if seed is None else index(seed) % 2**31
+        self._memory.clear()
+
+    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+        """An action for each agent that has an observation; the other team's are passed over."""
+        other = PREFIXES[other_team(self.team)]
+        return {agent: self._choose(agent, seen) for agent, seen in observations.items() if not agent.startswith(other)}
+
+    def compiled(self, team: TeamName, env: EnvConfig, lanes: int) -> Script:  # noqa: ARG002 - alike for any number
+        """The team as a player in compiled code; :class:`ValueError` if it cannot be that team in that world."""
+        _, n_opponents, n_actions = env.team(team)
+        if self.team != team:
+            raise ValueError(f"expected {team}, got {self.script}, a script of {self.team}")
+        if self.n_actions != n_actions:
+            raise ValueError(f"{team} have {n_actions} actions in this world, got a team with {self.n_actions}")
+        in_turns = env.move_order == "prey_first"
+        if self.in_turns != in_turns and NUMBERS[self.script] in KEEP_STEP:
+            raise ValueError(f"{self.script} needs in_turns={in_turns} in this world, got {self.in_turns}")
+        return Script(NUMBERS[self.script], n_opponents, n_actions, self.in_turns)
+
+    @classmethod
+    def of(cls, script: str, team: TeamName, env: EnvConfig) -> ScriptedTeam:
+        """The team for a world."""
+        return cls(script, team, env.team(team).n_actions, in_turns=env.move_order == "prey_first")
+
+    def _choose(self, agent: str, seen: np.ndarray) -> int:
+        if self._seed is None:
+            self._seed = int(np.random.default_rng().integers(2**31))
+        fresh = agent not in self._memory
+        if fresh:
+            self._memory[agent] = np.zeros(MEMORY, np.int32)
+        script = Script(NUMBERS[self.script], len(seen) // 2, self.n_actions, self.in_turns)
+        view = np.ascontiguousarray(seen, np.float32)
+        return int(_act(script, agent_number(agent), view, self._memory[agent], self._seed, fresh))

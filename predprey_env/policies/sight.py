@@ -1,0 +1,33 @@
+"""What scripts make of an observation: the nearest opponent, and the move towards a place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from predprey_env.compilation import rule
+from predprey_env.lanes import load, where
+from predprey_env.torus import magnitude, manhattan
+
+FAR = 1 << 20
+"""Longer than any way on a torus: the distance of an opponent that is caught."""
+
+
+@rule
+def nearest(seen: Any, n_opponents: int) -> Any:
+    """The offset ``(dx, dy)`` of the nearest opponent, and its distance; those at (0, 0) are caught and passed over."""
+    nearest_x, nearest_y = load(seen, 0), load(seen, 1)
+    length = manhattan(nearest_x, nearest_y)
+    shortest = where(length == 0, length + FAR, length)
+    for opponent in range(1, n_opponents):
+        dx, dy = load(seen, 2 * opponent), load(seen, 2 * opponent + 1)
+        length = manhattan(dx, dy)
+        closer = (length < shortest) & (length > 0)
+        nearest_x, nearest_y = where(closer, dx, nearest_x), where(closer, dy, nearest_y)
+        shortest = where(closer, length, shortest)
+    return nearest_x, nearest_y, shortest
+
+
+@rule
+def towards(dx: Any, dy: Any) -> Any:
+    """The move that shortens the longer leg of an offset; the x leg where they tie."""
+    return where(magnitude(dx) >= magnitude(dy), where(dx > 0, 0, 1), where(dy > 0, 2, 3))

@@ -1,0 +1,70 @@
+"""Where episodes start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from predprey_env.compilation import entry_point
+from predprey_env.config import EnvConfig
+
+
+def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
+    """Uniform random starts: int32 ``(n_starts, n_agents, 2)``, columns and rows in cells, predators first.
+
+    Where ``start_collisions`` says so, a prey in whose cell a predator is is drawn again.
+    """
+    starts = generator.integers(0, config.size, size=(n_starts, config.n_agents, 2), dtype=np.int32)
+    if config.start_collisions == "redraw":
+        _redraw(starts, generator, config)
+    return starts
+
+
+def draw_each(generators: Sequence[np.random.Generator], config: EnvConfig) -> np.ndarray:
+    """A start from each generator, as :func:`draw_starts` draws one, with a single look for collisions."""
+    starts = np.empty((len(generators), config.n_agents, 2), np.int32)
+    for start, generator in zip(starts, generators, strict=True):
+        start[:] = generator.integers(0, config.size, size=(config.n_agents, 2), dtype=np.int32)
+    if config.start_collisions == "redraw":
+        for i in np.flatnonzero(on_a_predator(starts, config).any(axis=1)).tolist():
+            _redraw(starts[i : i + 1], generators[i], config)
+    return starts
+
+
+def _redraw(starts: np.ndarray, generator: np.random.Generator, config: EnvConfig) -> None:
+    prey = starts[:, config.n_predators :]
+    while (met := on_a_predator(starts, config)).any():
+        prey[met] = generator.integers(0, config.size, size=(int(met.sum()), 2), dtype=np.int32)
+
+
+def on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
+    """Which prey start in a predator's cell: bool ``(n_starts, n_prey)``."""
+    found = np.zeros((len(starts), config.n_prey), np.bool_)
+    _find_shared(starts, config.n_predators, found)
+    return found
+
+
+@entry_point
+def _find_shared(starts: Any, n_predators: int, found: Any) -> None:
+    for start in range(len(starts)):
+        for prey in range(found.shape[1]):
+            at = n_predators + prey
+            for predator in range(n_predators):
+                same_column = starts[start, predator, 0] == starts[start, at, 0]
+                found[start, prey] |= same_column and starts[start, predator, 1] == starts[start, at, 1]
+
+
+def given_starts(starts: Any, config: EnvConfig, *n_starts: int) -> np.ndarray:
+    """Starts that somebody chose, as int32 ``(*n_starts, n_agents, 2)``, or :class:`ValueError`."""
+    expected = (*n_starts, config.n_agents, 2)
+    try:
+        cells = np.asarray(starts)
+    except ValueError:
+        raise ValueError(f"starts must be integers of shape {expected}, got rows of unequal length") from None
+    if cells.shape != expected or not np.issubdtype(cells.dtype, np.integer):
+        raise ValueError(f"starts must be integers of shape {expected}, got {cells.dtype} of shape {cells.shape}")
+    if cells.min() < 0 or cells.max() >= config.size:
+        raise ValueError(f"starts must lie in [0, {config.size}), got {cells.min()} to {cells.max()}")
+    return cells.astype(np.int32)

@@ -1,0 +1,66 @@
+"""Every scripted predator team against every scripted prey, as Markdown: the floor that learned teams must beat.
+
+python scripts/scripted_teams.py > docs/scripted-teams.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+
+from esp_trainer.evaluation.match import match
+from esp_trainer.types import ScriptedTeams
+from predprey_env import EnvConfig
+from predprey_env.policies import SCRIPTS, predators, prey
+
+ABOUT = """# Scripted teams
+
+Written by `scripts/scripted_teams.py`. They are the floor: a learned team that does not beat them has not learned to
+hunt, or to flee. All see only what agents see, the offsets of their opponents; `random` is deterministic under a seed,
+the others always.
+
+{scripts}
+
+Share of all prey that are caught within {max_cycles} steps on the {size}x{size} torus, in {episodes} episodes a cell,
+from held-out starts that hold the parities in their true proportions; Wilson intervals (95%) on the number of
+episodes."""
+
+PARITY = """
+A single prey that walks at random escapes `greedy_chase` only where all three predators start at an odd distance from
+it, once in eight times: on an even torus nobody who never idles can land on it. `parity_chase` idles once, and does."""
+
+
+def main() -> None:
+    """Play all pairs and print the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--episodes", type=int, default=10_000)
+    options = parser.parse_args()
+    world = EnvConfig()
+    listed = "\n".join(f"- `{name}` ({team}): {meaning(name)}" for team, names in SCRIPTS.items() for name in names)
+    print(ABOUT.format(scripts=listed, max_cycles=world.max_cycles, size=world.size, episodes=f"{options.episodes:,}"))
+    for n_prey in (1, 2):
+        print(f"\n## 3 predators, {n_prey} prey\n")
+        print(table(world.replace(n_predators=3, n_prey=n_prey), options.episodes))
+    print(PARITY)
+
+
+def meaning(script: str) -> str:
+    """What a script does, from its own docstring."""
+    rule = getattr(predators, script, None) or getattr(prey, script, None)
+    if rule is None:
+        return "every action equally often."
+    text = " ".join(inspect.getdoc(rule).split())
+    return text.replace(":func:`", "`")
+
+
+def table(env: EnvConfig, episodes: int) -> str:
+    """Rows of predators, columns of prey."""
+    lines = [f"| predators | {' | '.join(SCRIPTS['prey'])} |", "| --- |" + " ---: |" * len(SCRIPTS["prey"])]
+    for hunters in SCRIPTS["predators"]:
+        results = [match(ScriptedTeams(hunters), ScriptedTeams(hunted), env, episodes) for hunted in SCRIPTS["prey"]]
+        lines.append(f"| `{hunters}` | {' | '.join(str(result.caught) for result in results)} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

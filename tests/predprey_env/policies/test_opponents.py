@@ -1,0 +1,158 @@
+"""Whoever can play the other team: what counts as a policy, and what is made of its answers."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from predprey_env import EnvConfig
+from predprey_env.config import TEAMS, TeamName
+from predprey_env.policies import SCRIPTS, ScriptedTeam
+from predprey_env.policies.opponents import as_policy, ask, draw_seed
+
+VIEWS = {"prey_0": np.ones(6, np.float32), "prey_1": np.ones(6, np.float32)}
+WORLD = EnvConfig(predator_idle=False)
+
+
+class Answers:
+    """A policy that always gives the same answer."""
+
+    def __init__(self, answer: Any) -> None:
+        self.answer = answer
+
+    def reset(self, seed: int | None = None) -> None:
+        pass
+
+    def act(self, observations: dict[str, np.ndarray]) -> Any:
+        return self.answer
+
+
+# -- as_policy ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("team", "script"), [(team, script) for team in TEAMS for script in SCRIPTS[team]])
+def test_a_name_becomes_the_script_of_that_team_with_the_actions_of_the_world(team: TeamName, script: str) -> None:
+    policy = as_policy(script, team, WORLD)
+    assert isinstance(policy, ScriptedTeam)
+    assert (policy.script, policy.team, policy.n_actions) == (script, team, 4)
+    assert as_policy("greedy_chase", "predators", EnvConfig()).n_actions == 5
+
+
+def test_a_policy_is_taken_as_it_is() -> None:
+    policy = Answers({})
+    assert as_policy(policy, "prey", WORLD) is policy
+
+
+def test_a_function_is_asked_with_the_observations() -> None:
+    asked = []
+
+    def function(observations: dict[str, np.ndarray]) -> dict[str, int]:
+        asked.append(observations)
+        return {"prey_0": 2}
+
+    policy = as_policy(function, "prey", WORLD)
+    policy.reset(3)
+    assert policy.act(VIEWS) == {"prey_0": 2}
+    assert asked == [VIEWS]
+
+
+@pytest.mark.parametrize("opponent", [None, 3, ["greedy_chase"], Answers, ScriptedTeam, b"random", {"prey_0": 1}])
+def test_what_is_neither_is_refused(opponent: Any) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
+        as_policy(opponent, "prey", WORLD)
+    assert str(refused.value) == (
+        "opponent must be the name of a script, a policy with reset(seed) and act(observations), or a function of the "
+        f"observations, got {opponent!r}"
+    )
+
+
+def test_an_unknown_name_is_answered_with_the_scripts_of_the_team() -> None:
+    line = r"^script must be one of random, flee_nearest, flee_centroid, run_straight, got 'greedy_chase'$"
+    with pytest.raises(ValueError, match=line):
+        as_policy("greedy_chase", "prey", WORLD)
+
+
+def test_a_team_that_says_that_it_does_not_fit_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^expected prey, got surround, a script of predators$"):
+        as_policy(ScriptedTeam("surround"), "prey", WORLD)
+    with pytest.raises(ValueError, match=r"^predators have 4 actions in this world, got a team with 5$"):
+        as_policy(ScriptedTeam("surround"), "predators", WORLD)
+
+
+# -- draw_seed ----------------------------------------------------------------------------------------------------
+
+
+def test_a_seed_is_one_number_of_31_bits_from_the_generator() -> None:
+    drawn, expected = np.random.default_rng(0), np.random.default_rng(0)
+    seeds = [draw_seed(drawn) for _ in range(2000)]
+    assert seeds == expected.integers(2**31, size=2000).tolist()
+    assert {type(seed) for seed in seeds} == {int}
+    assert min(seeds) >= 0
+    assert 2**31 - 2**22 < max(seeds) < 2**31
+
+
+# -- ask ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        {"prey_0": 3, "prey_1": 0},
+        {"prey_1": np.int64(0), "prey_0": np.uint8(3)},
+        {"prey_0": np.array(3), "prey_1": False},
+        {"prey_0": 3, "prey_1": 0, "prey_2": None, "predator_0": 99},
+        MappingProxyType({"prey_0": 3, "prey_1": 0}),
+    ],
+)
+def test_answers_are_read_as_integers_in_the_order_of_the_observations(answer: Any) -> None:
+    actions = ask(Answers(answer), VIEWS, 4)
+    assert list(actions.items()) == [("prey_0", 3), ("prey_1", 0)]
+    assert {type(action) for action in actions.values()} == {int}
+
+
+@pytest.mark.parametrize("answer", [None, [3, 0], [0] * 30, (3, 0), "30", 3, {"prey_0"}])
+def test_an_answer_that_is_no_mapping_is_the_opponents_fault(answer: Any) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        ask(Answers(answer), VIEWS, 4)
+    assert str(refused.value) == (f"the opponent's act() must return a mapping from agents to actions, got {answer!r}")
+
+
+@pytest.mark.parametrize(
+    ("answer", "fault"),
+    [
+        ({"prey_0": 3}, "an action for prey_1 is missing; got actions for ['prey_0']"),
+        ({}, "an action for prey_0 is missing; got actions for []"),
+        ({"prey_0": 4, "prey_1": 0}, "the action of prey_0 must be in 0..3, got 4"),
+        ({"prey_0": 0, "prey_1": -1}, "the action of prey_1 must be in 0..3, got -1"),
+        ({"prey_0": float("nan"), "prey_1": 0}, "the action of prey_0 must be an integer, got nan"),
+        ({"prey_0": 0, "prey_1": 2.0}, "the action of prey_1 must be an integer, got 2.0"),
+        ({"prey_0": 0, "prey_1": [0, 1, 2]}, "the action of prey_1 must be an integer, got [0, 1, 2]"),
+        ({"prey_0": None, "prey_1": 0}, "the action of prey_0 must be an integer, got None"),
+    ],
+)
+def test_a_bad_action_is_the_opponents_fault(answer: Any, fault: str) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        ask(Answers(answer), VIEWS, 4)
+    assert str(refused.value) == f"the opponent's act() must return an action for each agent: {fault}"
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [np.zeros((2, 2)), np.zeros(10_000), [0] * 500, {"prey_0": np.zeros((2, 2)), "prey_1": 0}, {0: "\n" * 500}],
+)
+def test_however_long_an_answer_is_one_line_says_what_came(answer: Any) -> None:
+    with pytest.raises(ValueError, match=r"\Athe opponent's act\(\) must return [^\n]*\Z") as refused:
+        ask(Answers(answer), VIEWS, 4)
+    assert len(str(refused.value)) < 250
+
+
+def test_what_an_opponent_raises_is_named_and_kept_as_the_cause() -> None:
+    def function(observations: dict[str, np.ndarray]) -> dict[str, int]:
+        raise OSError("the line is down")
+
+    with pytest.raises(RuntimeError, match=r"^the opponent's act\(\) raised OSError: the line is down$") as raised:
+        ask(as_policy(function, "prey", WORLD), VIEWS, 4)
+    assert isinstance(raised.value.__cause__, OSError)

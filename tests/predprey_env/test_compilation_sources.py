@@ -1,0 +1,216 @@
+"""Which files machine code is compiled from: with any other of them the key of the cache must change."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import pkgutil
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numba import typeof, types
+from numba.core.registry import CPUDispatcher
+
+import predprey_env
+from esp_trainer import Team
+from esp_trainer.config import SideConfig
+from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.network import Networks
+from predprey_env import EnvConfig
+from predprey_env.compilation import _DigestCache, named_tuples, source_files
+from predprey_env.parallel_env import _advance
+from predprey_env.policies.protocol import choose
+from predprey_env.policies.scripted import Script
+from predprey_env.worlds import Dictated, make_scratch, make_worlds, move_opponents, team_rows
+
+LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
+SOURCES = {
+    *{"parallel_env.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
+    "config.py",  # the named tuple that they read
+    *LANGUAGE,
+}
+
+
+def names(files: set[str]) -> set[str]:
+    return {Path(file).name for file in files}
+
+
+def codegen() -> Any:
+    return _advance.targetctx.codegen()
+
+
+# -- a step -------------------------------------------------------------------------------------------------------
+
+
+def test_the_sources_of_a_step_are_all_files_that_state_a_rule() -> None:
+    assert names(source_files(_advance.py_func)) == SOURCES
+
+
+@pytest.mark.parametrize("name", sorted(SOURCES))
+def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    read, signature = Path.read_bytes, _advance.signatures[0] if _advance.signatures else ()
+    key = _DigestCache(_advance.py_func)._index_key(signature, codegen())
+    assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) == key
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
+    assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) != key
+
+
+# -- all that is compiled -----------------------------------------------------------------------------------------
+
+
+def entry_points() -> Iterator[CPUDispatcher]:
+    """Of the whole package, but for what draws."""
+    for module in pkgutil.walk_packages(predprey_env.__path__, "predprey_env."):
+        if "rendering" in module.name or module.name.endswith("sb3"):  # which need libraries of their own
+            continue
+        for value in vars(importlib.import_module(module.name)).values():
+            if isinstance(value, CPUDispatcher) and value.py_func.__module__ == module.name and is_kept(value):
+                yield value
+
+
+def is_kept(function: CPUDispatcher) -> bool:
+    """Whether its machine code is kept on disk; a rule's is not, as it becomes part of others'."""
+    return isinstance(function._cache, _DigestCache)
+
+
+def compiled_into(function: Callable[..., Any], classes: set[type]) -> Iterator[Callable[..., Any]]:
+    """A function and all that become part of it."""
+    pending, seen = [function], set()
+    while pending:
+        current = pending.pop()
+        if current in seen:
+            continue
+        seen.add(current)
+        yield current
+        called = [current.__globals__.get(name) for name in current.__code__.co_names]
+        called += [
+            rule for value in called if value is choose for kind, rule in choose.registry.items() if kind in classes
+        ]
+        pending += [value.py_func for value in called if isinstance(value, CPUDispatcher)]
+
+
+def origin(function: Callable[..., Any], name: str) -> str | None:
+    """The file from which a function's module imports a name."""
+    module = imports(function.__module__).get(name)
+    return None if module is None else importlib.import_module(module).__file__
+
+
+@cache
+def imports(module: str) -> dict[str, str]:
+    """From which modules a module imports its names."""
+    source = ast.parse(inspect.getsource(sys.modules[module]))
+    found = [node for node in ast.walk(source) if isinstance(node, ast.ImportFrom)]
+    return {alias.asname or alias.name: str(node.module) for node in found for alias in node.names}
+
+
+ENTRY_POINTS = list(entry_points())
+
+
+def test_there_is_something_compiled() -> None:
+    assert {"_advance", "_act", "_find_shared", "move_opponents", "place"} <= {f.__name__ for f in ENTRY_POINTS}
+
+
+@pytest.mark.parametrize("player", [Script, Networks, Dictated])
+@pytest.mark.parametrize("function", ENTRY_POINTS, ids=lambda function: function.__name__)
+def test_nothing_comes_from_a_file_that_does_not_count(function: CPUDispatcher, player: type) -> None:
+    """Neither a rule nor a number, which is in the machine code too."""
+    files = source_files(function.py_func, {player})
+    for part in compiled_into(function.py_func, {player}):
+        imported = {name: origin(part, name) for name in part.__code__.co_names if name in part.__globals__}
+        assert {name: file for name, file in imported.items() if file is not None and file not in files} == {}
+
+
+# -- generic functions --------------------------------------------------------------------------------------------
+
+
+def signature(player: Any) -> tuple[types.Type, ...]:
+    """The types with which worlds let a player choose."""
+    config = EnvConfig()
+    rows = team_rows(config, "prey")
+    parts = make_worlds(config, 3, rows), rows, player, config.rules, make_scratch(config, rows)
+    return tuple(typeof(part) for part in parts)
+
+
+def networks() -> Networks:
+    """An evolved player, as compiled code knows it."""
+    side = SideConfig()
+    controller = make_controller(side, offset_wiring(side, 3), 4)
+    genomes = np.zeros((2, *controller.shape), np.float32)
+    return Team("prey", side, controller, genomes).compiled("prey", EnvConfig(), 16)
+
+
+SCRIPT, TOLD = Script(1, 3, 4, False), Dictated()
+RULES = {  # for each class of player, the file of its rule and one that it calls
+    "script": (SCRIPT, {"scripted.py", "predators.py", "prey.py", "sight.py", "chance.py"}),
+    "networks": (networks(), {"network.py", "types.py"}),
+    "told": (TOLD, set()),
+}
+
+
+@pytest.mark.parametrize("player", RULES)
+def test_of_a_generic_function_the_rules_for_the_players_class_count(player: str) -> None:
+    known, own = RULES[player]
+    found = names(source_files(move_opponents.py_func, {type(known)}))
+    others = set().union(*(files for _, files in RULES.values())) - own
+    assert found >= own | {"worlds.py", "dynamics.py", "observation.py", "torus.py", "config.py", *LANGUAGE}
+    assert not found & others
+
+
+@pytest.mark.parametrize("player", RULES)
+@pytest.mark.parametrize("name", ["predators.py", "sight.py", "network.py", "worlds.py", "observation.py"])
+def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
+    monkeypatch: pytest.MonkeyPatch, player: str, name: str
+) -> None:
+    known, own = RULES[player]
+    keys, read = _DigestCache(move_opponents.py_func), Path.read_bytes
+    key = keys._index_key(signature(known), codegen())
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
+    edited = keys._index_key(signature(known), codegen())
+    assert (edited != key) == (name in own or name in ("worlds.py", "observation.py"))
+
+
+def test_players_of_different_classes_have_different_keys() -> None:
+    found = _DigestCache(move_opponents.py_func)
+    keys = [found._index_key(signature(player), codegen()) for player, _ in RULES.values()]
+    assert len({str(key) for key in keys}) == 3
+    assert len({digest for _, digest in keys}) == 3
+
+
+# -- named tuples -------------------------------------------------------------------------------------------------
+
+
+class Pair(NamedTuple):
+    first: Any
+    second: Any
+
+
+class Leaf(NamedTuple):
+    value: Any
+
+
+class Twig(NamedTuple):
+    value: Any
+
+
+def test_named_tuples_are_found_in_named_and_plain_tuples() -> None:
+    def found(*values: Any) -> set[type]:
+        return named_tuples(typeof(value) for value in values)
+
+    assert found(3, 2.5, np.zeros(3), (1, 2), (1, 2.5), "a") == set()
+    assert found(Leaf(3)) == {Leaf}
+    assert found(Pair(Leaf(3), 4)) == {Pair, Leaf}
+    assert found((1, (2.5, Leaf(3)))) == {Leaf}  # of different types
+    assert found((Leaf(3), Leaf(4))) == {Leaf}  # of one
+    assert found(Pair(Leaf(3), (Twig(np.zeros(2)), 1))) == {Pair, Leaf, Twig}
+    assert found(Leaf(1), 2, Twig(3)) == {Leaf, Twig}
+
+
+def test_the_file_of_a_class_counts_though_no_rule_of_it_is_called() -> None:
+    """Its fields are what the machine code reads."""
+    assert names(source_files(_advance.py_func, {Pair})) == SOURCES | {Path(__file__).name}
