@@ -1,80 +1,84 @@
-"""Draw an episode of two saved teams: trails on the torus, brighter towards the end, and where prey were caught.
+"""Draw an episode of two saved teams: as a GIF or MP4, or the end of it as a PNG.
 
-    python scripts/draw_chase.py PREDATORS PREY --seed 3 --out docs/chase.png
+    python scripts/draw_chase.py PREDATORS PREY --seed 3 --out docs/chase.gif
 
-Without a seed: the first of a hundred in which most prey are caught.
+Without a seed: of a hundred the one in which most prey are caught, and of equal ones the shortest.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib import pyplot as plt
-from matplotlib.collections import LineCollection
 
 from esp_trainer import Team
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.rendering import PREDATOR, PREY
+from predprey_env.rendering import save_video
 
 SEEDS = 100
+FPS = PredPreyEnv.metadata["render_fps"]
+LAST_LOOK = 2  # seconds that the end of the episode stays
 
 
 def main() -> None:
-    """Draw the picture."""
+    """Choose an episode and draw it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("predators")
     parser.add_argument("prey")
     parser.add_argument("--seed", type=int)
-    parser.add_argument("--out", default="chase.png")
+    parser.add_argument("--out", type=Path, default=Path("chase.gif"))
     options = parser.parse_args()
-    predators, prey = Team.load(options.predators), Team.load(options.prey)
-    seeds = range(SEEDS) if options.seed is None else [options.seed]
-    episodes = {seed: play(predators, prey, seed) for seed in seeds}
-    seed = max(episodes, key=lambda seed: int(episodes[seed][1].sum()))  # of equal ones the first
-    draw(*episodes[seed], world(predators), options.out)
+    try:
+        seed = chase(Team.load(options.predators), Team.load(options.prey), options.seed, options.out)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
     print(f"seed {seed}: {options.out}")
 
 
-def world(team: Team) -> EnvConfig:
-    """The world that a team evolved in."""
-    return EnvConfig.from_dict(team.provenance["env"])
+def chase(predators: Team, prey: Team, seed: int | None, out: Path) -> int:
+    """Draw the episode of a seed, or of a seed worth seeing; returns the seed."""
+    world = EnvConfig.from_dict(predators.provenance["env"])
+    if seed is None:
+        unseen = PredPreyEnv(world)
+        seed = min(range(SEEDS), key=lambda seed: ending(unseen, predators, prey, seed))
+    draw(play(PredPreyEnv(world, "rgb_array"), predators, prey, seed), out)
+    return seed
 
 
-def play(predators: Team, prey: Team, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """An episode: cells ``(n_steps + 1, n_agents, 2)``, and for each agent whether it was caught."""
-    env = PredPreyEnv(world(predators))
+def play(env: PredPreyEnv, predators: Team, prey: Team, seed: int) -> Iterator[np.ndarray]:
+    """What the environment renders at the start of an episode and after each step."""
     observations, _ = env.reset(seed=seed)
-    n, cells = env.config.n_agents, []
-    while True:
-        state = env.state()
-        cells.append(np.stack([state[:n], state[n : 2 * n]], axis=1))
-        if not env.agents:
-            caught = np.concatenate([np.zeros(env.config.n_predators), 1 - state[2 * n : -1]])
-            return np.array(cells), caught.astype(bool)
+    yield env.render()
+    while env.agents:
         observations, *_ = env.step(predators.act(observations) | prey.act(observations))
+        yield env.render()
 
 
-def draw(cells: np.ndarray, caught: np.ndarray, env: EnvConfig, out: str) -> None:
-    """Save the picture of an episode."""
-    mpl.rcParams["font.family"] = "sans-serif"
-    figure, axes = plt.subplots(figsize=(5.2, 5.4), layout="constrained")
-    for agent in range(env.n_agents):
-        hunter = agent < env.n_predators
-        colour = np.array(PREDATOR if hunter else PREY) / 255
-        trail = cells[:, agent]
-        pieces = np.stack([trail[:-1], trail[1:]], axis=1)
-        near = np.abs(pieces[:, 1] - pieces[:, 0]).max(axis=1) <= 1  # a step over the edge is not a line across
-        strength = np.linspace(0.12, 1.0, len(pieces))[near]
-        axes.add_collection(LineCollection(pieces[near], colors=[(*colour, a) for a in strength], linewidths=1.6))
-        axes.plot(*trail[0], marker="o" if hunter else "s", markersize=4, color=colour, alpha=0.35)
-        axes.plot(*trail[-1], marker="o" if hunter else "s", markersize=8, color=colour, markeredgecolor="white")
-        if caught[agent]:
-            axes.plot(*trail[-1], marker="x", markersize=15, color="black", markeredgewidth=1.4)
-    axes.set(xlim=(-1, env.size), ylim=(-1, env.size), aspect="equal", xticks=[], yticks=[])
-    axes.set_title(f"{len(cells) - 1} steps: predators round, prey square, a cross where one was caught", fontsize=9)
-    figure.savefig(out, dpi=140)
+def ending(env: PredPreyEnv, predators: Team, prey: Team, seed: int) -> tuple[int, int]:
+    """How many prey are free at the end, and the steps until then."""
+    steps = sum(1 for _ in play(env, predators, prey, seed)) - 1
+    return int(env.state()[2 * env.config.n_agents : -1].sum()), steps
+
+
+def draw(frames: Iterator[np.ndarray], out: Path) -> None:
+    """Save the pictures of an episode."""
+    if out.suffix == ".png":
+        import pygame  # later than the environment, which asks it not to print a greeting
+
+        (last,) = deque(frames, maxlen=1)
+        pygame.image.save(pygame.surfarray.make_surface(last.swapaxes(0, 1)), out)
+    else:
+        save_video(with_last_look(frames), out, FPS)
+
+
+def with_last_look(frames: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+    """The frames, the last of them for longer."""
+    for frame in frames:
+        yield frame
+    yield from [frame] * (LAST_LOOK * FPS)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,19 @@
+"""Colours that the colour-blind tell apart (Okabe & Ito 2008), on a ground that suits light and dark pages."""
+
+from __future__ import annotations
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+GROUND: Colour = (20, 24, 33)
+GRID: Colour = (37, 44, 58)
+INK: Colour = (205, 210, 218)
+CAUGHT: Colour = (128, 134, 145)
+PREDATOR: Colour = (230, 159, 0)
+PREY: Colour = (86, 180, 233)
+
+
+def mix(colour: Colour, share: float, ground: Colour = GROUND) -> Colour:
+    """A colour, of which a share in [0, 1] is left, over a ground."""
+    red, green, blue = (round(under + (over - under) * share) for over, under in zip(colour, ground, strict=True))
+    return red, green, blue

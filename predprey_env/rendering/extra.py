@@ -1,0 +1,30 @@
+"""What the extra ``render`` installs, and the line for those who have not installed it."""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from types import ModuleType
+
+from gymnasium.error import DependencyNotInstalled
+
+_INSTALL = 'pip install "predprey-esp[render]"'
+
+
+def require(module: str, purpose: str) -> ModuleType:
+    """The module, or :class:`gymnasium.error.DependencyNotInstalled` with what it was wanted for."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise DependencyNotInstalled(f"{purpose} needs {module}: {_INSTALL}") from None
+
+
+def require_pygame(purpose: str) -> None:
+    """Check that pictures can be drawn, or :class:`gymnasium.error.DependencyNotInstalled`."""
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # standard output is the program's own
+    pygame = require("pygame", purpose)
+    if not hasattr(pygame, "Window"):
+        found = f"pygame {pygame.version.ver}"
+        raise DependencyNotInstalled(
+            f"{purpose} needs pygame-ce 2.5.2 or later, got {found}: pip uninstall pygame, then {_INSTALL}"
+        )

@@ -1,0 +1,126 @@
+"""The world as a picture, drawn without a display."""
+
+from __future__ import annotations
+
+import numpy as np
+import pygame
+
+from predprey_env.config import EnvConfig
+from predprey_env.rendering import sprites
+from predprey_env.rendering.colours import GRID, GROUND, INK, PREDATOR, PREY, mix
+from predprey_env.rendering.text import PREY_LETTERS
+from predprey_env.rendering.track import Track
+
+SIDE = 640
+"""Side of the world in a picture, in pixels; like ``HEADER`` a multiple of 16, as video codecs like it."""
+
+HEADER = 32
+"""Height of the line above the world, in pixels."""
+
+_FINE = 2  # the world is drawn at twice the size and scaled down: that makes edges smooth
+_BOUNDS = pygame.Rect(0, 0, SIDE * _FINE, SIDE * _FINE)
+_RING_STEPS = 12
+
+
+def agent_radius(config: EnvConfig) -> float:
+    """Radius of an agent, in pixels: that of its cell, but to be seen well however many and small the cells are."""
+    crowd = (0.1 * SIDE**2 / (np.pi * config.n_agents)) ** 0.5  # all together cover a tenth of the world
+    return float(np.clip(0.42 * SIDE / config.size, np.clip(crowd, 2, 13), 48))
+
+
+def trail_length(config: EnvConfig) -> float:
+    """How long a trail is, in steps: a part of the world's side, less where the trails of many would cover it."""
+    return float(min(max(8, 0.4 * config.size), 6000 / config.n_agents))
+
+
+class Painter:
+    """Draws the worlds of one configuration. Its next picture overwrites the one before."""
+
+    def __init__(self, config: EnvConfig) -> None:
+        self._config = config
+        self._scale = _BOUNDS.width / config.size
+        self._radius = agent_radius(config) * _FINE
+        self._ground = _ground(config.size)
+        self._world = self._ground.copy()
+        self._picture = pygame.Surface((SIDE, SIDE + HEADER), depth=32)
+
+    def paint(self, track: Track, progress: float = 1.0) -> pygame.Surface:
+        """The picture at the latest moment of a track, or on the way there: 0 the moment before, 1 the latest."""
+        now = track.time - (1 - progress) * track.duration
+        self._world.blit(self._ground, (0, 0))
+        self._draw_trails(track, now, progress)
+        self._draw_agents(track, self._centres(track.cells - (1 - progress) * track.way), now)
+        place = self._picture.subsurface((0, HEADER, SIDE, SIDE))
+        pygame.transform.smoothscale(self._world, place.get_size(), place)
+        self._write_header(track, now)
+        return self._picture
+
+    def _centres(self, cells: np.ndarray) -> np.ndarray:
+        """Where cells ``(n_agents, 2)`` lie in the finely drawn world, whose rows count down."""
+        centres = (cells + 0.5) * self._scale
+        centres[:, 1] = _BOUNDS.height - centres[:, 1]
+        return centres
+
+    def _draw_trails(self, track: Track, now: float, progress: float) -> None:
+        """A bar for each stretch of each agent, the fresh ones over the old ones."""
+        for stretch in track.stretches:
+            fresh = min(1.0, 1 - (now - stretch.time) / track.length)
+            part = progress if stretch.time == track.time else 1.0
+            ends = self._centres(stretch.start), self._centres(stretch.start + part * stretch.way)
+            half = max(1, round(self._radius * (0.08 + 0.12 * fresh)))
+            corners = np.minimum(*ends).round() - half
+            sizes = np.maximum(*ends).round() + half - corners
+            colours = [mix(colour, 0.75 * fresh) for colour in (PREDATOR, PREY)]
+            for agent in np.flatnonzero(stretch.way.any(axis=1)):
+                box = pygame.Rect(corners[agent].tolist(), sizes[agent].tolist())
+                for shift in _shifts(box):
+                    self._world.fill(colours[int(agent >= self._config.n_predators)], box.move(shift))
+
+    def _draw_agents(self, track: Track, centres: np.ndarray, now: float) -> None:
+        """Caught prey lowest, each in a ring that grows and fades, and free prey, which are smaller, on predators."""
+        hunters, ages = self._config.n_predators, now - track.caught_at
+        for prey in np.flatnonzero(ages >= 0).tolist():
+            left = 1 - float(ages[prey]) / _RING_STEPS
+            if left > 0:
+                self._stamp(sprites.ring(self._radius * (3.4 - 1.4 * left), mix(INK, left)), centres[hunters + prey])
+            self._stamp(sprites.caught_prey(self._radius), centres[hunters + prey])
+        named = self._radius >= 7 * _FINE
+        for agent in reversed(range(hunters)):
+            east, north = track.heading[agent].tolist()
+            label = str(agent) if named and agent < 100 else ""
+            self._stamp(sprites.predator(self._radius, label, (east, north)), centres[agent])
+        for prey in np.flatnonzero(ages < 0).tolist():
+            label = PREY_LETTERS[prey : prey + 1] if named else ""
+            self._stamp(sprites.prey(self._radius, label), centres[hunters + prey])
+
+    def _stamp(self, sprite: pygame.Surface, centre: np.ndarray) -> None:
+        box = sprite.get_rect(center=centre.round().tolist())
+        self._world.blits([(sprite, box.move(shift)) for shift in _shifts(box)])
+
+    def _write_header(self, track: Track, now: float) -> None:
+        caught, n_prey = int((track.caught_at <= now).sum()), self._config.n_prey
+        step = f"step {int(np.ceil(now))} / {self._config.max_cycles}"
+        self._picture.fill(GRID, (0, 0, SIDE, HEADER))
+        left, right = (sprites.write(line, 26, INK) for line in (step, f"caught {caught} / {n_prey}"))
+        middle = HEADER // 2
+        self._picture.blit(left, left.get_rect(midleft=(12, middle)))
+        self._picture.blit(right, right.get_rect(midright=(SIDE - 12, middle)))
+
+
+def _ground(size: int) -> pygame.Surface:
+    """The empty world with the lines between its cells, or between tens, hundreds or thousands of them."""
+    ground = pygame.Surface(_BOUNDS.size, depth=32)
+    ground.fill(GROUND)
+    spacing = next(cells for cells in (1, 10, 100, 1000) if cells * _BOUNDS.width >= 24 * size)
+    for line in np.arange(spacing, size, spacing) * _BOUNDS.width / size:
+        ground.fill(GRID, (round(line) - 1, 0, 2, _BOUNDS.height))
+        ground.fill(GRID, (0, _BOUNDS.height - round(line) - 1, _BOUNDS.width, 2))
+    return ground
+
+
+def _shifts(box: pygame.Rect) -> list[tuple[int, int]]:
+    """The world goes on at its other side: the shifts by its side with which something of a box is in it."""
+    if _BOUNDS.contains(box):
+        return [(0, 0)]
+    ways = (-_BOUNDS.width, 0, _BOUNDS.width)
+    return [(x, y) for x in ways for y in ways if _BOUNDS.colliderect(box.move(x, y))]

@@ -1,0 +1,58 @@
+"""The episodes of an environment as pictures: in a window, or as arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pygame
+
+from predprey_env.config import EnvConfig
+from predprey_env.dynamics import World
+from predprey_env.rendering.picture import HEADER, SIDE, Painter, trail_length
+from predprey_env.rendering.track import Track
+from predprey_env.rendering.window import Window
+
+_LAST_LOOK = 10  # moments that the end of an episode stays in the window
+
+
+class Viewer:
+    """Remembers what it is shown of an episode, for the trails."""
+
+    def __init__(self, config: EnvConfig, fps: float) -> None:
+        """Show ``fps`` time steps, or halves of them, a second."""
+        self._fps = fps
+        self._window: Window | None = None
+        self.begin(config)
+
+    def begin(self, config: EnvConfig) -> None:
+        """Forget the episode: another begins."""
+        self._config, self._painter = config, Painter(config)
+        self._track: Track | None = None
+
+    def frame(self, world: World, time: float) -> np.ndarray:
+        """The world at a time, in steps, as an RGB picture: uint8 ``(height, width, 3)``; north is up."""
+        _, track = self._look(world, time)
+        return _as_array(self._painter.paint(track))
+
+    def show(self, world: World, time: float, *, last: bool) -> None:
+        """The same in the window, which opens now at the latest; nothing if the user has closed it."""
+        new, track = self._look(world, time)
+        if self._window is None:
+            self._window = Window("predators and prey", (SIDE, SIDE + HEADER), self._fps)
+        moments = new * (1 + _LAST_LOOK * last)
+        self._window.show(lambda progress: self._painter.paint(track, progress), moments)
+
+    def close(self) -> None:
+        """Take the window away."""
+        if self._window is not None:
+            self._window.close()
+
+    def _look(self, world: World, time: float) -> tuple[bool, Track]:
+        """Whether there is anything new, and all that was seen."""
+        if self._track is None or time < self._track.time:  # an environment may be set back
+            self._track = Track(world, time, self._config.size, trail_length(self._config))
+            return True, self._track
+        return self._track.see(world, time), self._track
+
+
+def _as_array(picture: pygame.Surface) -> np.ndarray:
+    return np.ascontiguousarray(pygame.surfarray.array3d(picture).swapaxes(0, 1))

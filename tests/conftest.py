@@ -1,0 +1,5 @@
+"""Windows open where nobody sees them."""
+
+import os
+
+os.environ["SDL_VIDEODRIVER"] = "dummy"

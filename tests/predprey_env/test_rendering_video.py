@@ -1,0 +1,165 @@
+from __future__ import annotations
+
+import os
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from gymnasium.error import DependencyNotInstalled
+from PIL import Image
+
+from predprey_env import EnvConfig, PredPreyEnv
+from predprey_env.rendering import save_video
+
+
+def episode(n_steps: int = 12) -> list[np.ndarray]:
+    env = PredPreyEnv(EnvConfig(max_cycles=n_steps), "rgb_array")
+    env.reset(seed=0)
+    frames = [env.render()]
+    while env.agents:
+        env.step(dict.fromkeys(env.agents, 0))
+        frames.append(env.render())
+    return [frame for frame in frames if isinstance(frame, np.ndarray)]
+
+
+def read_gif(path: Path) -> tuple[list[np.ndarray], list[int]]:
+    """Frames, and how long each is shown, in milliseconds."""
+    frames, durations = [], []
+    with Image.open(path) as gif:
+        for i in range(gif.n_frames):
+            gif.seek(i)
+            frames.append(np.array(gif.convert("RGB")))
+            durations.append(gif.info["duration"])
+        assert gif.info["loop"] == 0
+    return frames, durations
+
+
+def read_mp4(path: Path) -> tuple[list[np.ndarray], float]:
+    """Frames, and how many of them a second."""
+    reader = imageio_ffmpeg.read_frames(str(path))
+    meta = next(reader)
+    width, height = meta["size"]
+    return [np.frombuffer(frame, np.uint8).reshape(height, width, 3) for frame in reader], meta["fps"]
+
+
+def test_a_gif_holds_every_frame_in_its_colours_at_its_time(tmp_path: Path) -> None:
+    frames = episode()
+    save_video(iter(frames), tmp_path / "chase.gif", fps=15)
+    read, durations = read_gif(tmp_path / "chase.gif")
+    assert len(read) == len(frames) == 13
+    for frame, same in zip(frames, read, strict=True):
+        assert (frame == same).all(axis=-1).mean() > 0.995
+        assert np.abs(frame.astype(int) - same).max() < 24  # a palette has 256 colours
+    assert set(durations[:-1]) == {60, 70}
+    assert sum(durations[:-1]) == pytest.approx(12 * 1000 / 15, abs=10)
+
+
+def test_a_film_holds_every_frame_at_its_time(tmp_path: Path) -> None:
+    frames = episode()
+    save_video(frames, str(tmp_path / "chase.MP4"), fps=15)
+    read, fps = read_mp4(tmp_path / "chase.MP4")
+    assert fps == 15
+    assert len(read) == 13
+    for frame, similar in zip(frames, read, strict=True):
+        assert np.abs(frame.astype(int) - similar).mean() < 3
+    assert all((one != other).any() for one, other in pairwise(read))
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_frames_may_have_odd_sides(tmp_path: Path, suffix: str) -> None:
+    frame = np.full((31, 45, 3), (230, 159, 0), np.uint8)
+    save_video([frame, frame], tmp_path / f"odd{suffix}")
+    read = (read_gif if suffix == ".gif" else read_mp4)(tmp_path / f"odd{suffix}")[0][0]
+    assert read.shape == ((31, 45, 3) if suffix == ".gif" else (32, 46, 3))
+    assert np.abs(read.astype(int)[:28, :40] - (230, 159, 0)).max() < 12  # the film is padded
+
+
+@pytest.mark.parametrize("name", ["chase.avi", "chase", "gif"])
+def test_an_unknown_kind_of_file_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match=rf"^a video must be a \.gif or \.mp4 file, got '.*{name}'$"):
+        save_video(episode(1), tmp_path / name)
+
+
+WRONG = {
+    "no frames": ([], r"^a video needs at least one frame, got none$"),
+    "floats": (
+        [np.zeros((8, 8, 3))],
+        r"^frame 0 must be uint8 of shape \(height, width, 3\), got float64 of shape \(8, 8, 3\)$",
+    ),
+    "grey": (
+        [np.zeros((8, 8), np.uint8)],
+        r"^frame 0 must be uint8 of shape \(height, width, 3\), got uint8 of shape \(8, 8\)$",
+    ),
+    "two sizes": (
+        [np.zeros((8, 8, 3), np.uint8), np.zeros((8, 6, 3), np.uint8)],
+        r"^frame 1 must be uint8 of shape \(8, 8, 3\), got uint8 of shape \(8, 6, 3\)$",
+    ),
+}
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+@pytest.mark.parametrize("fault", WRONG)
+def test_unfit_frames_leave_what_was_there(tmp_path: Path, fault: str, suffix: str) -> None:
+    frames, line = WRONG[fault]
+    path = tmp_path / f"chase{suffix}"
+    path.write_text("older")
+    with pytest.raises(ValueError, match=line):
+        save_video(frames, path)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    assert path.read_text() == "older"
+
+
+@pytest.mark.parametrize("fps", [0, -1, float("nan")])
+def test_a_rate_that_is_none_is_refused(tmp_path: Path, fps: float) -> None:
+    with pytest.raises(ValueError, match=rf"^fps must be greater than 0, got {fps}$"):
+        save_video(episode(1), tmp_path / "chase.gif", fps)
+
+
+def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:
+    missing = tmp_path / "nowhere" / "chase.gif"
+    with pytest.raises(OSError, match=rf"^cannot write {missing}: No such file or directory$"):
+        save_video(episode(1), missing)
+    taken = tmp_path / "taken.mp4"
+    taken.mkdir()
+    with pytest.raises(OSError, match=rf"^cannot write {taken}: Is a directory$"):
+        save_video(episode(1), taken)
+    assert list(tmp_path.iterdir()) == [taken]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the false encoder is a shell script")
+@pytest.mark.parametrize("leaves", ["nothing", "an empty file"])
+def test_a_file_that_the_encoder_did_not_write_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, leaves: str
+) -> None:
+    encoder, place = tmp_path / "encoder", tmp_path / "place"
+    place.mkdir()
+    out = '"${@: -1}"' if leaves == "an empty file" else ""
+    encoder.write_text(f"#!/bin/bash\ncat > /dev/null\ntouch /dev/null {out}\n")
+    encoder.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(encoder))
+    with pytest.raises(OSError, match=rf"^cannot write {place}/chase\.gif: ffmpeg failed$"):
+        save_video(episode(1), place / "chase.gif")
+    assert list(place.iterdir()) == []
+
+
+def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    line = r'^a video needs imageio_ffmpeg: pip install "predprey-esp\[render\]"$'
+    with pytest.raises(DependencyNotInstalled, match=line):
+        save_video([np.zeros((8, 8, 3), np.uint8)], tmp_path / "chase.gif")
+
+
+def test_pettingzoo_records_an_episode(tmp_path: Path) -> None:
+    wrappers = pytest.importorskip("pettingzoo.utils.wrappers.record_video_parallel", reason="older PettingZoo")
+    inner = PredPreyEnv(EnvConfig(max_cycles=9), "rgb_array")
+    env = wrappers.RecordVideoParallel(inner, str(tmp_path / "videos"), episode_trigger=lambda _: True)
+    env.reset(seed=0)
+    while env.agents:
+        env.step(dict.fromkeys(env.agents, 2))
+    env.close()
+    (path,) = (tmp_path / "videos").iterdir()
+    frames, fps = read_mp4(path)
+    assert (len(frames), fps, frames[0].shape) == (10, PredPreyEnv.metadata["render_fps"], (672, 640, 3))
