@@ -5,8 +5,20 @@ import pettingzoo
 from predprey_env.config import EnvConfig
 from predprey_env.parallel_env import PredPreyEnv
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
+from predprey_env.team_view import TeamView, team_view
+from predprey_env.vector_env import PredPreyVectorEnv, vector_env
 
-__all__ = ["EnvConfig", "PredPreyEnv", "env", "parallel_env", "raw_env"]
+__all__ = [
+    "EnvConfig",
+    "PredPreyEnv",
+    "PredPreyVectorEnv",
+    "TeamView",
+    "env",
+    "parallel_env",
+    "raw_env",
+    "team_view",
+    "vector_env",
+]
 __version__ = "0.1.0"
 
 if hasattr(pettingzoo, "register"):  # from PettingZoo 1.27 on

@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from operator import index
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
+from predprey_env.actions import check_agents, read_action
 from predprey_env.compilation import entry_point
-from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import World, draw_starts, is_over, predators_turn, prey_turn, step
+from predprey_env.config import TEAMS, EnvConfig, Rules
+from predprey_env.dynamics import World, is_over, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
-from predprey_env.rendering import picture, text
+from predprey_env.policies.names import PREFIXES
+from predprey_env.rendering import text
+from predprey_env.rendering.extra import require_pygame
+from predprey_env.spaces import action_space, observation_space, state_space
+from predprey_env.starts import draw_starts, given_starts
+
+if TYPE_CHECKING:
+    from predprey_env.rendering.viewer import Viewer  # which imports pygame
 
 RENDER_MODES = ("human", "ansi", "rgb_array")
 
 Observation = np.ndarray
 Info = dict[str, float]
+Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
+"""Observations, rewards, terminations, truncations and infos, by agent."""
 
 
 # Whose turn a call of step() is.
@@ -57,34 +66,36 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
     def __init__(self, config: EnvConfig | None = None, render_mode: str | None = None) -> None:
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise ValueError(f"render_mode must be None or one of {', '.join(RENDER_MODES)}, got {render_mode!r}")
+        if render_mode in ("human", "rgb_array"):
+            require_pygame(f'render_mode "{render_mode}"')
         self.config = config = config or EnvConfig()
         self.render_mode = render_mode
         self.possible_agents = [f"predator_{i}" for i in range(config.n_predators)]
         self.possible_agents += [f"prey_{i}" for i in range(config.n_prey)]
         self.agents: list[str] = []
 
-        low, high = -(config.size // 2), config.size - config.size // 2 - 1
-        lengths = [2 * config.n_prey] * config.n_predators + [2 * config.n_predators] * config.n_prey
-        n_actions = [config.n_predator_actions] * config.n_predators + [config.n_prey_actions] * config.n_prey
-        self.observation_spaces = {
-            agent: Box(low, high, (length,), np.float32)
-            for agent, length in zip(self.possible_agents, lengths, strict=True)
-        }
-        self.action_spaces = {agent: Discrete(n) for agent, n in zip(self.possible_agents, n_actions, strict=True)}
-        top = np.array([config.size - 1] * (2 * config.n_agents) + [1] * (config.n_prey + 1), np.float32)
-        self.state_space = Box(np.zeros_like(top), top, dtype=np.float32)
+        teams = {agent: team for team in TEAMS for agent in self.possible_agents if agent.startswith(PREFIXES[team])}
+        self.observation_spaces = {agent: observation_space(config, team) for agent, team in teams.items()}
+        self.action_spaces = {agent: action_space(config, team) for agent, team in teams.items()}
+        self.state_space = state_space(config)
 
+        lengths = [space.shape[0] for space in self.observation_spaces.values()]
         ends = np.cumsum(lengths)
         self._index = {agent: i for i, agent in enumerate(self.possible_agents)}
         self._slices = [slice(int(end) - length, int(end)) for end, length in zip(ends, lengths, strict=True)]
         self._n_seen = int(ends[-1])
-        self._n_actions = n_actions
+        self._n_actions = [int(space.n) for space in self.action_spaces.values()]
         self._rules = config.rules
         self._generator: np.random.Generator | None = None
         self._world: World | None = None
         self._actions = np.zeros(config.n_agents, np.int32)
         self._scores = np.zeros(config.n_agents)
         self._steps = 0
+        self._viewer: Viewer | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy or a pickle keeps: all but the window and what it has seen."""
+        return self.__dict__ | {"_viewer": None}
 
     def __str__(self) -> str:
         return str(self.metadata["name"])
@@ -119,7 +130,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
         """Start an episode from random places, or from ``options={"starts": (n_agents, 2) cells}``."""
         starts = (options or {}).get("starts")
-        given = None if starts is None else self._checked(starts)
+        given = None if starts is None else given_starts(starts, self.config)
         if seed is not None:
             self._generator, _ = seeding.np_random(index(seed))
         places = draw_starts(self.np_random, 1, self.config)[0] if given is None else given
@@ -128,13 +139,13 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         self._turn = PREY if self._rules.prey_first else EVERYBODY
         self.agents = self.possible_agents[:]
         observations = self._look(self._world, NOBODY)
+        if self._viewer is not None:
+            self._viewer.begin(self.config)
         if self.render_mode == "human":
             self.render()
         return observations, self._infos(self.agents)
 
-    def step(
-        self, actions: dict[str, int]
-    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
+    def step(self, actions: dict[str, int]) -> Step:
         """Play one step, or half of one where teams move in turns.
 
         Actions of agents that are caught, absent or not in turn are ignored. After the end: five empty dictionaries.
@@ -175,59 +186,45 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """
         if self._world is None:
             raise RuntimeError("reset() must be called before state()")
-        passed = [(self._steps - 0.5 * (self._turn == PREDATORS)) / self._rules.max_cycles]
+        passed = [self._time / self._rules.max_cycles]
         return np.concatenate([*self._world, passed], dtype=np.float32)
 
     def render(self) -> str | np.ndarray | None:
-        """The world as text (`ansi`), as an RGB array (`rgb_array`), or printed to the terminal (`human`)."""
+        """The world as text (`ansi`), as an RGB picture, uint8 ``(height, width, 3)`` (`rgb_array`), or in a window
+        (`human`). Trails show what was rendered step by step; between steps that were not there is none.
+        """
         if self._world is None:
             raise RuntimeError("reset() must be called before render()")
-        if self.render_mode == "rgb_array":
-            return picture(self._world, self.config)
         if self.render_mode is None:
             return None
-        frame = text(self._world, self.config, self._steps)
         if self.render_mode == "ansi":
-            return frame
-        print(frame)
+            return text(self._world, self.config, self._steps)
+        if self._viewer is None:
+            from predprey_env.rendering.viewer import Viewer
+
+            self._viewer = Viewer(self.config, self.metadata["render_fps"])
+        if self.render_mode == "rgb_array":
+            return self._viewer.frame(self._world, self._time)
+        self._viewer.show(self._world, self._time, last=not self.agents)
         return None
 
     def close(self) -> None:
-        """Nothing is held open."""
-
-    def _checked(self, starts: Any) -> np.ndarray:
-        """Given starts as int32 ``(n_agents, 2)``, or :class:`ValueError`."""
-        expected = (self.config.n_agents, 2)
-        try:
-            places = np.asarray(starts)
-        except ValueError:
-            raise ValueError(f"starts must be integers of shape {expected}, got rows of unequal length") from None
-        if places.shape != expected or not np.issubdtype(places.dtype, np.integer):
-            raise ValueError(f"starts must be integers of shape {expected}, got {places.dtype} of shape {places.shape}")
-        if places.min() < 0 or places.max() >= self.config.size:
-            raise ValueError(f"starts must lie in [0, {self.config.size}), got {places.min()} to {places.max()}")
-        return places.astype(np.int32)
+        """Close the window; it may be called twice."""
+        if self._viewer is not None:
+            self._viewer.close()
+        self._viewer = None
 
     def _read(self, actions: dict[str, int], free: list[int]) -> None:
         """Take the actions of the agents that can act into the array, or :class:`ValueError` with the world
         untouched.
         """
-        if not isinstance(actions, Mapping):
-            raise ValueError(f"actions must be a mapping from agents to actions, got {actions!r}")
+        check_agents(actions, self._index)
         chosen = self._actions.tolist()
         for agent, i in self._rows(self.agents):
             prey = i - self.config.n_predators
-            if self._turn == (PREDATORS if prey >= 0 else PREY) or (prey >= 0 and not free[prey]):
+            if not self._in_turn(i) or (prey >= 0 and not free[prey]):
                 continue
-            try:
-                action = index(actions[agent])
-            except KeyError:
-                raise ValueError(f"an action for {agent} is missing; got actions for {list(actions)}") from None
-            except TypeError:
-                raise ValueError(f"the action of {agent} must be an integer, got {actions[agent]!r}") from None
-            if not 0 <= action < self._n_actions[i]:
-                raise ValueError(f"the action of {agent} must be in 0..{self._n_actions[i] - 1}, got {action}")
-            chosen[i] = action
+            chosen[i] = read_action(actions, agent, self._n_actions[i])
         self._actions[:] = chosen
 
     def _look(self, world: World, turn: int) -> dict[str, Observation]:
@@ -242,6 +239,25 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
     def _rows(self, agents: list[str]) -> list[tuple[str, int]]:
         return [(agent, self._index[agent]) for agent in agents]
 
+    @property
+    def _time(self) -> float:
+        """Steps and half steps that have passed."""
+        return self._steps - 0.5 * (self._turn == PREDATORS)
+
+    def _in_turn(self, i: int) -> bool:
+        return self._turn != (PREDATORS if i >= self.config.n_predators else PREY)
+
+    def _saved(self) -> dict[str, Any]:
+        """All that a step changes, for :meth:`_restore`."""
+        world = self._world and World(*(rows.copy() for rows in self._world))
+        state = self._generator and self._generator.bit_generator.state
+        return {"attributes": {**self.__dict__, "_world": world}, "state": state}
+
+    def _restore(self, saved: dict[str, Any]) -> None:
+        self.__dict__.update(saved["attributes"])
+        if self._generator is not None:
+            self._generator.bit_generator.state = saved["state"]
+
     def _captured(self, agent: str) -> int:
         prey = self._index[agent] - self.config.n_predators
         return int(prey >= 0 and not self._alive[prey])
@@ -254,6 +270,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
                 "n_captured": n_captured,
                 "fitness": self._fitness[i],
                 "steps": steps,
+                "in_turn": int(self._in_turn(i)),
             }
             for agent, i in self._rows(agents)
         }

@@ -1,50 +1,123 @@
-"""Predators and prey on a toroid: the pursuit-evasion task of Rawal, Rajagopalan & Miikkulainen (2010).
+"""# Predators and prey
 
 A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. Nobody is told what
 a team-mate does. As prey cannot be outrun, predators must come from several sides at once; as three predators cannot
-close four exits at once, prey that foresee them escape.
+close four exits at once, prey that foresee them escape. The task is that of Rawal, Rajagopalan & Miikkulainen (2010),
+*Constructing Competitive and Cooperative Agent Behavior Using Coevolution*.
 
-| Import             | ``from predprey_env import predprey_v0``           |
-|--------------------|----------------------------------------------------|
-| Actions            | Discrete                                           |
-| Parallel API       | Yes (AEC through ``env()``)                        |
-| Agents             | ``predator_0``.. (3), ``prey_0``.. (2)             |
-| Action shape       | predators ``Discrete(5)``, prey ``Discrete(4)``    |
-| Observation shape  | predators ``(2 n_prey,)``, prey ``(2 n_predators,)`` |
-| Observation values | ``[-(size // 2), size - size // 2 - 1]``, in cells |
-| State shape        | ``(2 n_agents + n_prey + 1,)``                     |
+| Import             | `from predprey_env import predprey_v0`                          |
+|--------------------|-----------------------------------------------------------------|
+| Creation           | `pettingzoo.make("parallel", "predprey-v0")` (PettingZoo 1.27)  |
+| Actions            | Discrete                                                        |
+| Parallel API       | Yes (AEC through `env()`)                                       |
+| Manual control     | No                                                              |
+| Agents             | `['predator_0', 'predator_1', 'predator_2', 'prey_0', 'prey_1']` |
+| Action shape       | predators `Discrete(5)`, prey `Discrete(4)`                     |
+| Action values      | `[0, 4]`                                                        |
+| Observation shape  | predators `(2 * n_prey,)`, prey `(2 * n_predators,)`            |
+| Observation values | `[-(size // 2), size - size // 2 - 1]`                          |
+| State shape        | `(2 * n_agents + n_prey + 1,)`                                  |
+| State values       | `[0, size - 1]`                                                 |
 
-**Observation.** For each opponent in order: its offset along x and along y, opponent minus self, the shortest way
-round the torus, in cells, float32. The offset to and from a caught prey is (0, 0).
+### Observation space
 
-**Actions.** 0 east, 1 west, 2 north, 3 south, and for predators 4 idle. All agents move at once. With
-``move_order="prey_first"`` each call of ``step`` is half a time step: first the prey's turn, then the predators',
-by then aware of where the prey went. Actions of the team that is not in turn are ignored; time and the end are counted
-in whole steps.
+An agent sees the other team, and nothing of its own: for each opponent in order, its offset along x and along y,
+opponent minus self, the shortest way round the torus, in cells, float32. The offset to and from a caught prey is (0, 0).
 
-**Capture.** A prey is caught when a predator is in its cell after the move. A caught prey stays in ``agents``, does
-nothing and has its actions ignored (``captured_prey="inert"``), or terminates and leaves, its last reward being the
-fitness if the episode ended then (``"removed"``).
+| Entries        | Seen by a predator                  | Seen by a prey                          |
+|----------------|-------------------------------------|-----------------------------------------|
+| `2 i, 2 i + 1` | offset (x, y) to `prey_i`, in cells | offset (x, y) to `predator_i`, in cells |
 
-**Rewards.** 0 until the last step, on which every agent receives its fitness; the undiscounted return is thus the
-paper's fitness. With ``g`` of ``n`` prey caught, predators score 25 if ``g = n``, else ``20 g/n + 2 g + 20 d/n`` with
-``d`` in [0, 1] their closeness to the free prey; prey score 25 if ``g = 0``, 12.5 if ``0 < g < n``, else ``12.5
-rho/R`` for an episode of ``rho`` of at most ``R`` steps. With ``reward="dense"`` each step pays the change in that
-fitness.
+The state, for centralised critics, holds all columns, all rows, which prey are free, and the share of the time limit
+that has passed.
 
-**Start.** Uniform random cells; drawn again while a predator shares a prey's cell. ``reset(options={"starts": cells})``
-sets them.
+### Action space
 
-**End.** All prey caught: terminated. ``max_cycles`` steps: truncated. After that ``step`` returns five empty
+| Action | Move                  |
+|--------|-----------------------|
+| 0      | east, x + 1           |
+| 1      | west, x - 1           |
+| 2      | north, y + 1          |
+| 3      | south, y - 1          |
+| 4      | idle (predators only) |
+
+All agents move at once. With `move_order="prey_first"` each call of `step` is half a time step: first the prey's turn,
+then the predators', by then aware of where the prey went. Actions of the team that is not in turn are ignored; time and
+the end are counted in whole steps.
+
+A prey is caught when a predator is in its cell after the move. A caught prey stays in `agents`, does nothing and has its
+actions ignored (`captured_prey="inert"`), or terminates and leaves, its last reward being the fitness if the episode
+ended then (`"removed"`).
+
+### Rewards
+
+0 until the last step, on which every agent receives its fitness; the undiscounted return is thus the paper's fitness.
+With `reward="dense"` each step pays the change in the fitness if the episode ended now.
+
+| Team      | Prey caught, `g` of `n` | Fitness                        |
+|-----------|-------------------------|--------------------------------|
+| predators | `g = n`                 | `25`                           |
+| predators | `g < n`                 | `20 * g/n + 2 * g + 20 * d/n`  |
+| prey      | `g = 0`                 | `25`                           |
+| prey      | `0 < g < n`             | `12.5`                         |
+| prey      | `g = n`                 | `12.5 * rho/R`                 |
+
+`d`, in [0, 1], is how close the predators are to the free prey: 1 minus their mean toroidal Manhattan distance over the
+largest there is. `rho` is the number of steps played, of at most `R = max_cycles`.
+
+### Starting state
+
+Uniform random cells; a prey in a predator's cell is drawn again. `reset(options={"starts": cells})` places the agents:
+integers `(n_agents, 2)`, predators first.
+
+### Episode end
+
+Termination: all prey are caught. Truncation: `max_cycles` steps have passed. After that `step` returns five empty
 dictionaries.
 
-**Info.** For each agent ``captured`` (0 or 1), ``n_captured``, ``fitness``, the fitness if the episode
-ended now, and ``steps``, the time steps begun.
+### Info
 
-The parameters are those of :class:`predprey_env.EnvConfig` and ``render_mode`` (``"human"``, ``"ansi"``,
-``"rgb_array"``).
+| Key          | Value                                                    |
+|--------------|----------------------------------------------------------|
+| `captured`   | 1 if the agent is a prey that is caught, else 0          |
+| `n_captured` | prey caught so far                                       |
+| `fitness`    | the agent's fitness if the episode ended now             |
+| `steps`      | time steps begun                                         |
+| `in_turn`    | 1 if its next action counts, 0 if it is not its turn     |
 
-Version history: v0, first release.
+### Arguments
+
+```python
+predprey_v0.parallel_env(
+    n_predators=3, n_prey=2, size=100, max_cycles=150, move_order="simultaneous", swap_captures=False,
+    captured_prey="inert", start_collisions="redraw", predator_idle=True, closeness="uncaught", credit="team",
+    prey_fitness="lifespan", reward="terminal", render_mode=None,
+)
+```
+
+| Argument | Default | Values | Meaning |
+|----------|---------|--------|---------|
+| `n_predators` | `3` | int, at least 1 | Predators in the team. |
+| `n_prey` | `2` | int, at least 1 | Prey in the team. |
+| `size` | `100` | int, 3 to 10000 | Side of the square toroid, in cells. |
+| `max_cycles` | `150` | int, 1 to 1000000 | Time limit of an episode, in steps. |
+| `move_order` | `"simultaneous"` | `"simultaneous"`, `"prey_first"` | Who moves when: all at once; or in turns, where the prey move and the predators see it before they choose. |
+| `swap_captures` | `False` | bool | Whether a predator and a prey that trade places count as a capture; in turns nobody does. |
+| `captured_prey` | `"inert"` | `"inert"`, `"removed"` | What becomes of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves. |
+| `start_collisions` | `"redraw"` | `"redraw"`, `"allow"` | What becomes of a prey whose random start is a predator's cell. |
+| `predator_idle` | `True` | bool | Whether predators have the fifth action, to stand still. |
+| `closeness` | `"uncaught"` | `"uncaught"`, `"all"`, `"nearest"` | Distances in the predators' fitness: to each uncaught prey; to all prey, a caught one at distance 0; or from the nearest predator to each uncaught prey. |
+| `credit` | `"team"` | `"team"`, `"individual"` | Whose distances count for a predator: the whole team's or its own. |
+| `prey_fitness` | `"lifespan"` | `"lifespan"`, `"complementary"` | The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing. |
+| `reward` | `"terminal"` | `"terminal"`, `"dense"` | Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now. |
+| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: nothing. `"human"`: a window. `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). Window and pixels need the extra `render`. |
+
+One team at a time: :func:`predprey_env.team_view`. Many worlds at once: :func:`predprey_env.vector_env`. Scripted teams:
+:mod:`predprey_env.policies`.
+
+### Version history
+
+* v0: first release (0.1.0)
 """
 
 from __future__ import annotations

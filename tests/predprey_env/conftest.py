@@ -1,4 +1,6 @@
-"""What several test files of the environment share: worlds and episodes written by hand, random configurations."""
+"""What several test files of the environment share: worlds and episodes written by hand, random configurations, and
+single environments side by side.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from predprey_env import EnvConfig, PredPreyEnv
+from predprey_env import EnvConfig, PredPreyEnv, TeamView
 from predprey_env.dynamics import World
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
+
+    from predprey_env.config import TeamName
 
 settings.register_profile("predprey", deadline=None, derandomize=True, max_examples=40)
 settings.load_profile("predprey")
@@ -90,3 +95,95 @@ def play_randomly() -> Callable[..., list[Step]]:
         return record
 
     return episode
+
+
+class Batch(NamedTuple):
+    """What a vector environment returns, by name; a row for each agent of each world."""
+
+    observations: np.ndarray
+    rewards: np.ndarray
+    terminated: np.ndarray
+    truncated: np.ndarray
+    infos: dict[str, Any]
+
+
+class Singles:
+    """A list of single environments, each started again as :class:`gymnasium.vector.SyncVectorEnv` starts its own."""
+
+    def __init__(self, views: list[TeamView], mode: AutoresetMode | str) -> None:
+        self.views, self.mode = views, AutoresetMode(mode)
+        self.over = [False] * len(views)
+        self.rows: list[list[Any]] = [[] for _ in views]
+        self.n_ended = 0
+
+    def reset(self, seeds: list[int | None], starts: Any = None, which: Iterable[int] | None = None) -> Batch:
+        """Start the worlds ``which``, all by default."""
+        for world in range(len(self.views)) if which is None else which:
+            self.start(world, seeds[world], None if starts is None else {"starts": starts[world]})
+        return self.batch()
+
+    def start(self, world: int, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        views, infos = self.views[world].reset(seed, options)
+        self.over[world] = False
+        self.rows[world] = [(views[agent], 0.0, False, False, infos[agent]) for agent in views]
+
+    def step(self, actions: np.ndarray) -> Batch:
+        ended: list[int] = []
+        for world, (view, chosen) in enumerate(zip(self.views, actions.reshape(len(self.views), -1), strict=True)):
+            if self.over[world]:
+                assert self.mode is AutoresetMode.NEXT_STEP
+                self.start(world)
+                continue
+            step = view.step(dict(zip(view.agents, chosen.tolist(), strict=True)))
+            self.rows[world] = [tuple(part[agent] for part in step) for agent in step[0]]
+            self.over[world] = not view.agents
+            ended += [world] * self.over[world]
+        self.n_ended += len(ended)
+        batch = self.batch()
+        if ended and self.mode is AutoresetMode.SAME_STEP:
+            for world in ended:
+                self.start(world)
+            fresh = self.batch()
+            mask = np.isin(np.arange(len(self.views)), ended).repeat(len(self.rows[0]))
+            final = {"final_obs": batch.observations, "final_info": batch.infos}
+            infos = fresh.infos | final | {"_final_obs": mask, "_final_info": mask}
+            batch = batch._replace(observations=fresh.observations, infos=infos)
+        return batch
+
+    def batch(self) -> Batch:
+        rows = [row for world in self.rows for row in world]
+        seen, *rest, infos = zip(*rows, strict=True)
+        told = {key: np.array([info[key] for info in infos]) for key in ("captured", "n_captured")}
+        return Batch(np.stack(seen), *(np.array(part) for part in rest), told)
+
+    def agrees(self, returned: tuple[Any, ...], expected: Batch) -> bool:
+        """Whether a vector environment returned the same, to the bit; of final values where the mask says so."""
+        got = Batch(*returned)
+        assert {key for key in got.infos if key[0] != "_"} == {key for key in expected.infos if key[0] != "_"} | {
+            "steps"
+        }
+        parts = list(zip(got[:4], expected[:4], strict=True))
+        parts += [(got.infos[key], expected.infos[key]) for key in ("captured", "n_captured")]
+        if "final_obs" in expected.infos:
+            mask, told = expected.infos["_final_obs"], expected.infos["final_info"]
+            parts += [(got.infos[key], mask) for key in ("_final_obs", "_final_info")]
+            parts += [(got.infos["final_obs"][mask], expected.infos["final_obs"][mask])]
+            parts += [(got.infos["final_info"][key][mask], told[key][mask]) for key in told]
+        return all(same_array(a, b) for a, b in parts)
+
+
+def same_array(a: np.ndarray, b: np.ndarray) -> bool:
+    """Bit for bit, of the same type and shape."""
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+@pytest.fixture(scope="session")
+def singles() -> Callable[..., Singles]:
+    """``singles(config, team, opponent, n_worlds, mode)``: single environments; ``opponent()`` makes each its own."""
+
+    def make(
+        config: EnvConfig, team: TeamName, opponent: Callable[[], Any], n_worlds: int, mode: AutoresetMode | str
+    ) -> Singles:
+        return Singles([TeamView(PredPreyEnv(config), team, opponent()) for _ in range(n_worlds)], mode)
+
+    return make

@@ -198,6 +198,7 @@ def test_values_are_of_plain_types_and_infos_have_the_same_numeric_keys(play_ran
             "n_captured": int,
             "fitness": float,
             "steps": int,
+            "in_turn": int,
         }
 
 

@@ -1,4 +1,4 @@
-"""Whole episodes by hand, and the promises that every episode keeps.
+"""Whole episodes by hand; what every episode promises is in test_invariants.py.
 
 On a torus of 8 cells the largest distance is 8. Predators start at (0, 0) and (0, 4), prey at (2, 0), (4, 0), (6, 2).
 """
@@ -7,10 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv
 
@@ -106,59 +103,3 @@ def test_a_removed_prey_gets_its_last_dense_reward(play: Play) -> None:
 def test_every_agent_has_its_own_reward_under_individual_credit(play: Play) -> None:
     (last,) = play(env_of(1, 1, credit="individual"), STARTS[:3], "IIE")  # the prey ends at (3, 0): 3 and 7 steps
     assert last.rewards == {"predator_0": 20 * (5 / 8), "predator_1": 20 * (1 / 8), "prey_0": 25.0}
-
-
-# -- every episode ------------------------------------------------------------------------------------------------
-
-
-@given(config=st.from_type(EnvConfig), seed=st.integers(0, 2**31))
-def test_every_episode_ends_when_it_should_and_pays_what_it_should(
-    play_randomly: Play, config: EnvConfig, seed: int
-) -> None:
-    (_, infos), *steps = play_randomly(PredPreyEnv(config), seed)
-    start = {agent: info["fitness"] for agent, info in infos.items()}
-    total = dict.fromkeys(start, 0.0)
-    calls = 2 if config.move_order == "prey_first" else 1  # of step() in a time step
-    for number, step in enumerate(steps, start=1):
-        assert step.infos["predator_0"]["steps"] == -(-number // calls)
-        complete = number % calls == 0
-        all_caught = complete and step.infos["predator_0"]["n_captured"] == config.n_prey
-        at_limit = number == config.max_cycles * calls and not all_caught
-        assert (number == len(steps)) == (all_caught or at_limit)
-        for agent, reward in step.rewards.items():
-            leaves = all_caught or (config.captured_prey == "removed" and step.infos[agent]["captured"] == 1)
-            assert step.terminations[agent] == leaves
-            assert step.truncations[agent] == at_limit
-            total[agent] += reward
-            if leaves or at_limit:
-                base = start[agent] if config.reward == "dense" else 0.0
-                assert total[agent] == pytest.approx(step.infos[agent]["fitness"] - base, abs=1e-9)
-            elif config.reward == "terminal":
-                assert reward == 0.0
-
-
-@given(config=st.from_type(EnvConfig), seed=st.integers(0, 2**31))
-def test_every_world_stays_on_the_torus_and_the_caught_stay_caught(config: EnvConfig, seed: int) -> None:
-    env, random = PredPreyEnv(config), np.random.default_rng(seed)
-    observations, _ = env.reset(seed=seed)
-    n, p = config.n_agents, config.n_predators
-    before, turn = env.state(), 0
-    in_turns = config.move_order == "prey_first"
-    while env.agents:
-        observations, *_, infos = env.step({a: int(random.integers(env.action_space(a).n)) for a in env.agents})
-        after = env.state()
-        cells, places = before[: 2 * n].reshape(2, n), after[: 2 * n].reshape(2, n)
-        assert after in env.state_space
-        assert all(view in env.observation_space(agent) for agent, view in observations.items())
-        steps_taken = np.minimum((places - cells) % config.size, (cells - places) % config.size).sum(axis=0)
-        assert (steps_taken <= 1).all()
-        free, still_free = before[2 * n : -1], after[2 * n : -1]
-        assert (still_free <= free).all()
-        assert (steps_taken[p:][free == 0] == 0).all()
-        prey_move, predators_move = (turn % 2 == 0, turn % 2 == 1) if in_turns else (True, True)
-        assert (steps_taken[p:][still_free == 1] == prey_move).all()  # prey never rest
-        assert predators_move or not steps_taken[:p].any()
-        meets = (places[:, :p, None] == places[:, None, p:]).all(axis=0).any(axis=0)
-        assert not meets[still_free == 1].any()
-        assert infos["predator_0"]["n_captured"] == (still_free == 0).sum()
-        before, turn = after, turn + 1

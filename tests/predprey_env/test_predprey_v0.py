@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import inspect
+import json
 import re
-from typing import Literal, get_type_hints
+from typing import Literal, get_args, get_origin, get_type_hints
 
 import pytest
 
 import predprey_env
 from predprey_env import EnvConfig, PredPreyEnv, predprey_v0
+from predprey_env.config import MOVES, EnvParameters
 from predprey_env.parallel_env import RENDER_MODES
 
-TABLE = dict(re.findall(r"^\| (\S.*?) +\| (.*?) +\|$", predprey_v0.__doc__, re.MULTILINE))
+DOC = inspect.getdoc(predprey_v0)
+
+
+def table(heading: str) -> list[list[str]]:
+    """The rows under a heading, without those of the header."""
+    section = re.split(r"^#+ ", DOC, flags=re.MULTILINE)
+    (text,) = [part for part in section if part.startswith(heading)]
+    rows = [
+        [cell.strip() for cell in re.split(r" \| |^\| | \|$", line)[1:-1]]
+        for line in re.findall(r"^\| .*\|$", text, re.M)
+    ]
+    return rows if heading == "Predators and prey" else rows[1:]
+
+
+TABLE = dict(table("Predators and prey"))
 PARAMETERS = inspect.signature(predprey_v0.parallel_env).parameters
 
 
@@ -30,6 +46,11 @@ def test_the_parameters_have_the_types_of_env_config() -> None:
         name: field.annotation for name, field in EnvConfig.model_fields.items()
     }
     assert hints["render_mode"] == Literal[RENDER_MODES] | None
+
+
+def test_the_keyword_arguments_of_the_other_makers_are_those_of_env_config() -> None:
+    hints = {name: field.annotation for name, field in EnvConfig.model_fields.items()}
+    assert get_type_hints(EnvParameters) == hints
 
 
 @pytest.mark.parametrize("make", [predprey_v0.env, predprey_v0.raw_env])
@@ -61,59 +82,112 @@ def test_every_parameter_reaches_the_world() -> None:
     assert (parallel.config, parallel.render_mode) == (EnvConfig(**changed), "ansi")
 
 
+def test_the_table_of_arguments_is_that_of_env_config() -> None:
+    rows = {name.strip("`"): rest for name, *rest in table("Arguments")}
+    assert list(rows) == list(PARAMETERS)
+    called = re.search(r"parallel_env\((.*?)\)\n```", DOC, re.DOTALL)[1].replace("\n", " ").split(",")
+    assert [argument.split("=")[0].strip() for argument in called if argument.strip()] == list(PARAMETERS)
+    for name, field in EnvConfig.model_fields.items():
+        default, values, meaning = rows[name]
+        assert default == f"`{json.dumps(field.default) if isinstance(field.default, str) else field.default}`"
+        assert f"{name}={default.strip('`')}" in [argument.strip() for argument in called]
+        assert meaning == " ".join(field.description.split())
+        if get_origin(field.annotation) is Literal:
+            assert values == ", ".join(f"`{json.dumps(value)}`" for value in get_args(field.annotation))
+        else:
+            assert values.split(",")[0] == field.annotation.__name__
+    assert re.findall(r"`\"(\w+)\"`", rows["render_mode"][1]) == list(RENDER_MODES)
+
+
+@pytest.mark.parametrize("name", [name for name, field in EnvConfig.model_fields.items() if field.annotation is int])
+def test_the_bounds_of_the_arguments_are_those_of_env_config(name: str) -> None:
+    values = {argument.strip("`"): values for argument, _, values, _ in table("Arguments")}[name]
+    low, high = re.fullmatch(r"int, (?:at least )?(\d+)(?: to (\d+))?", values).groups()
+    room = {"size": 10_000, "max_cycles": 1, "n_predators": 1, "n_prey": 1}
+    EnvConfig(**{**room, name: int(low)})
+    with pytest.raises(ValueError, match=f"{name} must be at least {low}"):
+        EnvConfig(**{**room, name: int(low) - 1})
+    if high:
+        EnvConfig(**{**room, name: int(high)})
+        with pytest.raises(ValueError, match=f"{name} must be at most {high}"):
+            EnvConfig(**{**room, name: int(high) + 1})
+
+
 def test_the_table_names_the_agents_of_the_default_world() -> None:
-    names = PredPreyEnv().possible_agents
-    for team, count in re.findall(r"``(\w+)_0``\.\. \((\d)\)", TABLE["Agents"]):
-        assert sum(name.startswith(team) for name in names) == int(count)
-    assert len(re.findall(r"\(\d\)", TABLE["Agents"])) == 2
+    assert TABLE["Agents"] == f"`{PredPreyEnv().possible_agents}`"
 
 
 def test_the_table_gives_the_action_spaces() -> None:
     env = PredPreyEnv()
-    spaces = re.findall(r"(predator|prey)s? ``(Discrete\(\d\))``", TABLE["Action shape"])
+    spaces = re.findall(r"(predator|prey)s? `(Discrete\(\d\))`", TABLE["Action shape"])
     assert spaces == [(team, str(env.action_space(f"{team}_0"))) for team in ("predator", "prey")]
+    assert TABLE["Action values"] == f"`[0, {env.action_space('predator_0').n - 1}]`"
 
 
 @pytest.mark.parametrize("config", [EnvConfig(), EnvConfig(n_predators=4, n_prey=3, size=7)], ids=["default", "other"])
 def test_the_table_gives_the_shapes_and_bounds(config: EnvConfig) -> None:
     env = PredPreyEnv(config)
-    numbers = {
-        "n_predators": config.n_predators,
-        "n_prey": config.n_prey,
-        "n_agents": config.n_agents,
-        "size": config.size,
-    }
+    numbers = {**config.model_dump(), "n_agents": config.n_agents}
 
     def value_of(formula: str) -> object:
-        return eval(formula.replace("2 n", "2 * n"), {}, numbers)  # formulas of our own docstring
+        return eval(formula, {}, numbers)  # formulas of our own docstring
 
-    shapes = re.findall(r"(predator|prey)s? ``(.*?)``", TABLE["Observation shape"])
+    shapes = re.findall(r"(predator|prey)s? `(.*?)`", TABLE["Observation shape"])
     assert [team for team, _ in shapes] == ["predator", "prey"]
     for team, formula in shapes:
         space = env.observation_space(f"{team}_0")
         assert space.shape == value_of(formula)
-        bounds = re.search(r"``(.*)``", TABLE["Observation values"])[1]
+        bounds = TABLE["Observation values"].strip("`")
         assert [space.low.min(), space.high.max()] == [space.low.max(), space.high.min()] == value_of(bounds)
-    assert env.state_space.shape == value_of(re.search(r"``(.*)``", TABLE["State shape"])[1])
+    assert env.state_space.shape == value_of(TABLE["State shape"].strip("`"))
+    assert [env.state_space.low.min(), env.state_space.high.max()] == value_of(TABLE["State values"].strip("`"))
 
 
-def test_the_numbers_of_the_actions_are_those_of_the_world() -> None:
+@pytest.mark.parametrize("opponent", [0, 1])
+def test_the_table_of_observations_says_what_is_where(opponent: int) -> None:
+    ((entries, by_predator, by_prey),) = table("Observation space")
+    assert "`prey_i`" in by_predator
+    assert "`predator_i`" in by_prey
+    env = PredPreyEnv(EnvConfig(n_predators=2))
+    seen, _ = env.reset(options={"starts": [(0, 0), (10, 20), (3, 5), (97, 40)]})
+    places = [eval(entry.replace("2 i", f"2 * {opponent}")) for entry in entries.strip("`").split(",")]
+    assert seen["predator_0"][places].tolist() == [[3, 5], [-3, 40]][opponent]
+    assert seen["prey_0"][places].tolist() == [[-3, -5], [7, 15]][opponent]
+
+
+def test_the_table_of_actions_says_what_moves_where() -> None:
     env = PredPreyEnv(EnvConfig(n_predators=1, n_prey=1, size=9))
-    listed = re.search(r"\*\*Actions\.\*\* (.*?)\. All", predprey_v0.__doc__.replace("\n", " "))[1]
-    ways = {"east": (1, 0), "west": (-1, 0), "north": (0, 1), "south": (0, -1), "idle": (0, 0)}
-    found = re.findall(rf"(\d) ({'|'.join(ways)})", listed)
-    assert len(found) == env.action_space("predator_0").n
-    for number, word in found:
+    rows = table("Action space")
+    assert len(rows) == env.action_space("predator_0").n
+    for number, move in rows:
         env.reset(options={"starts": [(4, 4), (0, 0)]})
         env.step({"predator_0": int(number), "prey_0": 0})
-        x, y = env.state()[[0, 2]].tolist()
-        assert (x - 4, y - 4) == ways[word]
+        x, y = env.state()[[0, 2]].astype(int).tolist()
+        told = re.search(r"([xy]) ([+-]) 1", move)
+        change = {"x": 0, "y": 0} | ({told[1]: int(f"{told[2]}1")} if told else {})
+        assert (x - 4, y - 4) == (change["x"], change["y"])
+        assert MOVES[int(number)] == re.match(r"\w+", move)[0]
+    assert [move for _, move in rows if "predators only" in move] == [rows[-1][1]]
+
+
+@pytest.mark.parametrize("caught", [0, 1, 2])
+def test_the_table_of_rewards_gives_the_fitness(caught: int) -> None:
+    """One predator among two prey, of which it catches so many in its last step."""
+    prey = [(1, 0) if i < caught else (5, 4) for i in range(2)]
+    env = PredPreyEnv(EnvConfig(n_predators=1, n_prey=2, size=10, max_cycles=1))
+    env.reset(options={"starts": [(0, 0), *prey]})
+    _, rewards, *_ = env.step({"predator_0": 4, "prey_0": 1, "prey_1": 1})
+    distance = (4 + 4) / 10  # of a free prey that went west
+    numbers = {"g": caught, "n": 2, "d": 1 - distance, "rho": 1, "R": 1}
+    for team, condition, formula in table("Rewards"):
+        holds = condition.strip("`").replace("0 < g < n", "0 < g and g < n").replace("=", "==")
+        if eval(holds, {}, numbers):
+            assert rewards["predator_0" if team == "predators" else "prey_0"] == eval(formula.strip("`"), {}, numbers)
 
 
 def test_the_infos_are_those_described() -> None:
     _, infos = PredPreyEnv().reset(seed=0)
-    paragraph = re.search(r"\*\*Info\.\*\*(.*?)\n\n", predprey_v0.__doc__, re.DOTALL)[1]
-    assert re.findall(r"``(\w+)``", paragraph) == list(infos["prey_0"])
+    assert [key.strip("`") for key, _ in table("Info")] == list(infos["prey_0"])
 
 
 def test_the_module_is_named_after_its_version() -> None:

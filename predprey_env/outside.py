@@ -1,0 +1,79 @@
+"""Opponents that are not compiled: asked in Python, world by world or all at once."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from predprey_env.config import EnvConfig, TeamName
+from predprey_env.lanes import LANES
+from predprey_env.policies.names import PREFIXES
+from predprey_env.policies.opponents import ask
+from predprey_env.policies.protocol import MEMORY, Policy
+from predprey_env.worlds import Dictated, Worlds
+
+
+class OutsideTeam:
+    """Any policy as the opponent in many worlds.
+
+    Args:
+        policy: Of one that has no ``act_batch``, each world gets a copy.
+        config: The world.
+        team: Which team it plays.
+        n_worlds: How many.
+    """
+
+    player = Dictated()
+
+    def __init__(self, policy: Policy, config: EnvConfig, team: TeamName, n_worlds: int) -> None:
+        self._shape = config.team(team)
+        self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
+        self._act_batch: Any = getattr(policy, "act_batch", None)
+        self._policies = [policy] if self._act_batch else [copy.deepcopy(policy) for _ in range(n_worlds)]
+        self.views = np.zeros((n_worlds, self._shape.n_agents, 2 * self._shape.n_opponents), np.float32)
+        """What the team sees: the caller writes it before :meth:`choose`."""
+
+    def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:
+        """Start an episode in some worlds."""
+        if self._act_batch:
+            if len(which) == len(self.views) and hasattr(self._policies[0], "reset"):
+                self._policies[0].reset(int(seeds[0]))
+            return
+        for world, seed in zip(which.tolist(), seeds.tolist(), strict=True):
+            self._policies[world].reset(seed)
+
+    def choose(self, worlds: Worlds) -> None:
+        """Put the actions where :class:`~predprey_env.worlds.Dictated` finds them."""
+        actions = self._ask_all() if self._act_batch else self._ask_each(worlds)
+        n_worlds, n_agents = actions.shape
+        padded = np.zeros((len(worlds.kept) * LANES, n_agents), np.int32)
+        padded[:n_worlds] = actions
+        worlds.kept[:, ::MEMORY] = padded.reshape(-1, LANES, n_agents).transpose(0, 2, 1)
+
+    def _ask_each(self, worlds: Worlds) -> np.ndarray:
+        playing = worlds.over[:, 0].reshape(-1)[: len(self._policies)] == 0
+        actions = np.zeros((len(self._policies), len(self._agents)), np.int32)
+        for world in np.flatnonzero(playing):
+            seen = dict(zip(self._agents, self.views[world].copy(), strict=True))
+            actions[world] = list(ask(self._policies[world], seen, self._shape.n_actions).values())
+        return actions
+
+    def _ask_all(self) -> np.ndarray:
+        expected = self.views.shape[:2]
+        try:
+            actions = np.asarray(self._act_batch(self.views.copy()))
+        except Exception as error:
+            raise RuntimeError(f"the opponent's act_batch() raised {type(error).__name__}: {error}") from error
+        if actions.shape != expected or not np.issubdtype(actions.dtype, np.integer):
+            raise ValueError(
+                f"the opponent's act_batch() must return integers of shape {expected}, "
+                f"got {actions.dtype} of shape {actions.shape}"
+            )
+        if actions.min() < 0 or actions.max() >= self._shape.n_actions:
+            raise ValueError(
+                f"the opponent's act_batch() must return actions in 0..{self._shape.n_actions - 1}, "
+                f"got {actions.min()} to {actions.max()}"
+            )
+        return actions

@@ -1,0 +1,76 @@
+"""The vector environment in the form that Stable-Baselines3 asks for; needs ``stable-baselines3``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from stable_baselines3.common.vec_env.base_vec_env import VecEnv
+
+from predprey_env.vector_env import PredPreyVectorEnv
+
+
+class SB3VecEnv(VecEnv):
+    """A :class:`~predprey_env.PredPreyVectorEnv` as a ``VecEnv``: a row for each agent, one policy for all of them.
+
+    Raises :class:`ValueError` unless the environment starts worlds again in the step in which they end
+    (``AutoresetMode.SAME_STEP``), as Stable-Baselines3 expects.
+    """
+
+    def __init__(self, env: PredPreyVectorEnv) -> None:
+        if env.autoreset_mode is not AutoresetMode.SAME_STEP:
+            raise ValueError(f"autoreset_mode must be SAME_STEP for Stable-Baselines3, got {env.autoreset_mode.name}")
+        self.env = env
+        self.render_mode = None
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    def reset(self) -> np.ndarray:
+        """Start all worlds, from the seed that :meth:`seed` was given last."""
+        observations, _ = self.env.reset(seed=self._seeds[0])
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Keep the actions for :meth:`step_wait`."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """One time step of every world."""
+        observations, rewards, terminated, truncated, told = self.env.step(self._actions)
+        ended = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for row in np.flatnonzero(ended):
+            infos[row] = {
+                "terminal_observation": told["final_obs"][row],
+                "TimeLimit.truncated": bool(truncated[row]),
+                "n_captured": int(told["final_info"]["n_captured"][row]),
+            }
+        return observations, rewards.astype(np.float32), ended, infos
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The environment's attribute, for each of the rows."""
+        value = self.render_mode if attr_name == "render_mode" else getattr(self.env, attr_name)
+        return [value for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Refused: the rows share one environment."""
+        raise NotImplementedError(f"{attr_name} cannot be set for rows of a vector env, which share one environment")
+
+    def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
+        """Refused: the rows share one environment."""
+        raise NotImplementedError(f"{method_name} cannot be called for rows of a vector env; call it on .env")
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:  # noqa: ARG002
+        """No row is."""
+        return [False for _ in self._get_indices(indices)]
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """There are none."""
+        return [None] * self.num_envs

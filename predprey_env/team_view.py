@@ -1,0 +1,165 @@
+"""One team at a time: the other is played inside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar, Unpack
+
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+from pettingzoo import ParallelEnv
+
+from predprey_env.actions import check_agents, read_action
+from predprey_env.config import EnvConfig, EnvParameters, TeamName
+from predprey_env.parallel_env import Info, Observation, PredPreyEnv, Step
+from predprey_env.policies.names import PREFIXES, other_team
+from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed
+
+
+def team_view(
+    team: TeamName, opponent: Opponent, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
+) -> TeamView:
+    """A parallel environment that holds the agents of one team; all of them have the same spaces.
+
+    Args:
+        team: ``"predators"`` or ``"prey"``.
+        opponent: Who plays the others: the name of a script (:data:`predprey_env.policies.SCRIPTS`), a
+            :class:`predprey_env.policies.Policy`, an evolved team for example, or a function from observations to
+            actions, by agent.
+        render_mode: As in :func:`predprey_env.predprey_v0.parallel_env`.
+        parameters: The fields of :class:`predprey_env.EnvConfig`.
+    """
+    return TeamView(PredPreyEnv(EnvConfig(**parameters), render_mode), team, opponent)
+
+
+class TeamView(ParallelEnv[str, Observation, int]):
+    """One team of an environment. Where teams move in turns, each :meth:`step` is a whole time step."""
+
+    metadata: ClassVar[dict[str, Any]] = {**PredPreyEnv.metadata, "name": "predprey_team_v0"}
+
+    def __init__(self, env: PredPreyEnv, team: TeamName, opponent: Opponent) -> None:
+        config = env.config
+        config.team(team)  # or it is none
+        self.env = env
+        self.team = team
+        self.render_mode = env.render_mode
+        self.opponent = as_policy(opponent, other_team(team), config)
+        self.possible_agents = [agent for agent in env.possible_agents if agent.startswith(PREFIXES[team])]
+        self.observation_spaces = {agent: env.observation_space(agent) for agent in self.possible_agents}
+        self.action_spaces = {agent: env.action_space(agent) for agent in self.possible_agents}
+        self.state_space = env.state_space
+        self._in_turns = config.move_order == "prey_first"
+        self._n_opponent_actions = config.team(other_team(team)).n_actions
+        self._observations: dict[str, Observation] = {}
+        self._infos: dict[str, Info] = {}
+
+    def __str__(self) -> str:
+        return str(self.metadata["name"])
+
+    @property
+    def agents(self) -> list[str]:
+        """The team's agents that are still in the game."""
+        return [agent for agent in self.env.agents if agent in self.observation_spaces]
+
+    @property
+    def max_cycles(self) -> int:
+        """The time limit in steps; may be set between episodes."""
+        return self.env.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self.env.max_cycles = steps
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The environment's generator."""
+        return self.env.np_random
+
+    def observation_space(self, agent: str) -> Box:
+        """The same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Discrete:
+        """The same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, Info]]:
+        """Start an episode; the opponent's seed is drawn after the places."""
+        with self._all_or_nothing():
+            self._observations, self._infos = self.env.reset(seed, options)
+            self.opponent.reset(draw_seed(self.env.np_random))
+            if self._in_turns and self.team == "predators":
+                self._observations, _, _, _, self._infos = self.env.step(self._opponents_choose())
+        return self._own(self._observations), self._own(self._infos)
+
+    def step(self, actions: dict[str, int]) -> Step:
+        """Play one time step: the team's actions and the opponent's.
+
+        An opponent that raises, or that returns no usable actions, leaves the world as it was.
+        """
+        check_agents(actions, self.possible_agents)
+        for agent in self.agents:
+            if not self._infos[agent]["captured"]:
+                read_action(actions, agent, int(self.action_spaces[agent].n))
+        if not self.agents:
+            return self.env.step({})
+        return self._play_turns(actions) if self._in_turns else self._play_together(actions)
+
+    def state(self) -> np.ndarray:
+        """The environment's."""
+        return self.env.state()
+
+    def render(self) -> str | np.ndarray | None:
+        """The whole world; see :meth:`PredPreyEnv.render`."""
+        return self.env.render()
+
+    def close(self) -> None:
+        """Close what shows the world."""
+        self.env.close()
+
+    def _play_together(self, actions: dict[str, int]) -> Step:
+        step = self.env.step({**actions, **self._opponents_choose()})
+        self._observations, self._infos = step[0], step[4]
+        return self._own_part(step)
+
+    def _play_turns(self, actions: dict[str, int]) -> Step:
+        infos = self._infos
+        with self._all_or_nothing():
+            ours = self.env.step(actions)
+            self._observations = ours[0]
+            theirs = self.env.step(self._opponents_choose()) if self.env.agents else ({}, {}, {}, {}, {})
+        # Who left in the first turn is in no part of the second.
+        self._observations, self._infos = {**ours[0], **theirs[0]}, {**ours[4], **theirs[4]}
+        terminations, truncations = {**ours[2], **theirs[2]}, {**ours[3], **theirs[3]}
+        rewards = {agent: reward + theirs[1].get(agent, 0.0) for agent, reward in ours[1].items()}
+        if self.env.config.reward == "dense":  # the change over both turns at once: rounded once
+            rewards = {agent: self._infos[agent]["fitness"] - infos[agent]["fitness"] for agent in rewards}
+        return self._own_part((self._observations, rewards, terminations, truncations, self._infos))
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        """Leave the world as it was if the opponent fails."""
+        saved, observations, infos = self.env._saved(), self._observations, self._infos
+        try:
+            yield
+        except BaseException:  # Ctrl-C too
+            self.env._restore(saved)
+            self._observations, self._infos = observations, infos
+            raise
+
+    def _opponents_choose(self) -> dict[str, int]:
+        """What the other team does, on what it last saw."""
+        others = [agent for agent in self.env.agents if agent not in self.observation_spaces]
+        views = {agent: self._observations[agent].copy() for agent in others}
+        return ask(self.opponent, views, self._n_opponent_actions)
+
+    def _own_part(self, step: Step) -> Step:
+        observations, rewards, terminations, truncations, infos = step
+        own = self._own
+        return own(observations), own(rewards), own(terminations), own(truncations), own(infos)
+
+    def _own(self, by_agent: dict[str, Any]) -> dict[str, Any]:
+        return {agent: value for agent, value in by_agent.items() if agent in self.observation_spaces}

@@ -1,0 +1,280 @@
+"""Many worlds at once as a Gymnasium vector environment: one team is trained, the other played inside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from operator import index
+from typing import Any, Unpack
+
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from predprey_env.actions import brief
+from predprey_env.config import EnvConfig, EnvParameters, TeamName
+from predprey_env.lanes import LANES
+from predprey_env.outside import OutsideTeam
+from predprey_env.policies.names import other_team
+from predprey_env.policies.opponents import Opponent, as_policy, draw_seed
+from predprey_env.spaces import action_space, observation_space
+from predprey_env.starts import draw_each, given_starts
+from predprey_env.worlds import (
+    count,
+    judge,
+    look,
+    make_counts,
+    make_results,
+    make_scratch,
+    make_worlds,
+    move_opponents,
+    move_team,
+    place,
+    score,
+    team_rows,
+)
+
+Infos = dict[str, Any]
+
+
+def vector_env(
+    n_worlds: int,
+    team: TeamName,
+    opponent: Opponent,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    **parameters: Unpack[EnvParameters],
+) -> PredPreyVectorEnv:
+    """``n_worlds`` worlds in which one team is played from outside, stepped together in compiled code.
+
+    Args:
+        n_worlds: How many; there are as many rows as worlds times agents of the team.
+        team: ``"predators"`` or ``"prey"``.
+        opponent: Who plays the others, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in compiled
+            code; of any other policy each world has a copy, and they are asked one by one, unless the policy has a
+            method ``act_batch(observations)`` from float32 ``(n_worlds, n_agents, n_seen)`` to int ``(n_worlds,
+            n_agents)``; that one is reset when all worlds start at once.
+        autoreset_mode: What happens after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
+        parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
+    """
+    return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode)
+
+
+class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """Rows are agents: row ``w * n_agents + a`` is agent ``a`` of world ``w``.
+
+    A library that knows vector environments then trains one policy for all agents of the team without a line of glue:
+    spaces are a plain ``Box`` and a plain ``Discrete``, where a row for each world would need a ``MultiDiscrete`` joint
+    action, which many algorithms lack. All rows of a world end together.
+
+    Infos are arrays of a number for each row: ``captured`` (the agent itself), ``n_captured`` and ``steps``. With
+    ``AutoresetMode.SAME_STEP``, ``final_obs`` holds for every row what it saw before any reset, so that values are
+    bootstrapped from it where ``truncated`` says so, and ``final_info`` the infos from before.
+    """
+
+    def __init__(
+        self,
+        config: EnvConfig,
+        n_worlds: int,
+        team: TeamName,
+        opponent: Opponent,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    ) -> None:
+        if isinstance(n_worlds, bool) or not isinstance(n_worlds, int | np.integer) or n_worlds < 1:
+            raise ValueError(f"n_worlds must be an integer of at least 1, got {brief(n_worlds)}")
+        if config.captured_prey != "inert":
+            raise ValueError(f"in a vector env captured_prey must be 'inert', got {config.captured_prey!r}")
+        shape, others = config.team(team), other_team(team)
+        self.config = config
+        self.team = team
+        self.n_worlds = n_worlds = int(n_worlds)
+        self.autoreset_mode = _mode(autoreset_mode)
+        self.metadata = {"name": "predprey_vector_v0", "render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.num_envs = n_worlds * shape.n_agents
+        self.single_observation_space = observation_space(config, team)
+        self.single_action_space = action_space(config, team)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.opponent = as_policy(opponent, others, config)
+
+        self._rules = config.rules
+        self._in_turns = config.move_order == "prey_first"
+        self._rows, self._other_rows = team_rows(config, team), team_rows(config, others)
+        self._worlds = make_worlds(config, n_worlds, self._other_rows)
+        self._scratch = make_scratch(config, self._other_rows)
+        compiled = getattr(self.opponent, "compiled", None)
+        self._outside = None if compiled else OutsideTeam(self.opponent, config, others, n_worlds)
+        self._player = compiled(others, config, LANES) if compiled else OutsideTeam.player
+        self._scores = np.zeros((n_worlds, config.n_agents))
+        self._generators: list[np.random.Generator | None] = [None] * n_worlds
+        self._all_rows = np.ones(self.num_envs, np.bool_)  # have every info
+        self._all_rows.flags.writeable = False
+        self._over: np.ndarray | None = None  # which worlds; None before the first reset
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, Infos]:
+        """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` those whose rows are marked.
+
+        World ``w`` is seeded with ``seed + w``, or with ``seed[w]``. ``options={"starts": cells}`` places the agents,
+        int ``(n_worlds, n_agents, 2)``, of the worlds that start.
+        """
+        options = options or {}
+        which = np.arange(self.n_worlds) if options.get("reset_mask") is None else self._masked(options["reset_mask"])
+        if self._over is None and len(which) < self.n_worlds:
+            raise RuntimeError("reset() must be called without a reset_mask first")
+        starts = options.get("starts")
+        given = None if starts is None else given_starts(starts, self.config, self.n_worlds)[which]
+        with self._all_or_nothing():
+            self._seed(seed, which)
+            self._start(which, given)
+            over = np.zeros(self.n_worlds, np.bool_) if self._over is None else self._over.copy()
+            over[which] = False
+            self._over = over
+        return self._look(), self._count()
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Infos]:
+        """One time step of every world: an action for each row, int ``(num_envs,)``.
+
+        Bad actions, and an opponent that raises or returns nonsense, leave all worlds as they were.
+        """
+        if self._over is None:
+            raise RuntimeError("reset() must be called before step()")
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
+            raise RuntimeError(f"{self._over.sum()} worlds are over: reset() them, with a reset_mask, before step()")
+        before, n_agents, dense = self._over, self._rows.n_agents, self.config.reward == "dense"
+        chosen, results = self._checked(actions), make_results(self.n_worlds, self._rows)
+        with self._all_or_nothing():
+            move_team(self._worlds, self._rows, self._rules, chosen)
+            self._opponents_move()
+            if self.autoreset_mode is AutoresetMode.NEXT_STEP and before.any():
+                self._start(np.flatnonzero(before))
+            judge(self._worlds, self._rows, self._rules, dense, self._scratch, self._scores, results)
+            self._over = (results.terminated | results.truncated)[:, 0]
+            observations, infos = self._look(), self._count()
+            if self.autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
+                ended, final = np.repeat(self._over, n_agents), {"final_obs": observations, "final_info": infos}
+                self._start(np.flatnonzero(self._over))
+                observations, infos = self._look(), self._count()
+                infos |= {**final, "_final_obs": ended, "_final_info": ended}
+        rewards, terminated, truncated = (array.ravel() for array in results)
+        return observations, rewards, terminated, truncated, infos
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        """Leave all worlds as they were if an opponent outside compiled code fails."""
+        if self._outside is None:
+            yield
+            return
+        changing, over, generators = (*self._worlds, self._scores), self._over, self._generators[:]
+        saved = [array.copy() for array in changing]
+        try:
+            yield
+        except BaseException:  # Ctrl-C too
+            for array, old in zip(changing, saved, strict=True):
+                array[:] = old
+            self._over, self._generators = over, generators
+            raise
+
+    def _opponents_move(self) -> None:
+        if self._outside:
+            look(self._worlds, self._other_rows, self._rules, self._scratch, self._outside.views)
+            self._outside.choose(self._worlds)
+        move_opponents(self._worlds, self._other_rows, self._player, self._rules, self._scratch)
+
+    def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
+        """Start some worlds, each from its own random numbers."""
+        generators = [self._generator(world) for world in which.tolist()]
+        states = [generator.bit_generator.state for generator in generators] if self._outside else []
+        starts = draw_each(generators, self.config) if given is None else given
+        seeds = np.array([draw_seed(generator) for generator in generators], np.int64)
+        place(self._worlds, self._other_rows, self._rules, which, starts, seeds)
+        try:
+            if self._outside:
+                self._outside.reset(which, seeds)
+            if self._in_turns and self.team == "predators":
+                self._play_first_turn(which)
+        except BaseException:
+            for generator, state in zip(generators, states, strict=True):
+                generator.bit_generator.state = state
+            raise
+        score(self._worlds, self._rules, self._scratch, which, self._scores)
+
+    def _play_first_turn(self, which: np.ndarray) -> None:
+        """Let the prey of the worlds that just started move; the others' stand still, as if all was over."""
+        over = self._worlds.over.copy()
+        self._worlds.over[:] = 1
+        self._worlds.over[which // LANES, 0, which % LANES] = 0
+        try:
+            self._opponents_move()
+        finally:
+            self._worlds.over[:] = over
+
+    def _look(self) -> np.ndarray:
+        shape = self.config.team(self.team)
+        views = np.empty((self.n_worlds, shape.n_agents, 2 * shape.n_opponents), np.float32)
+        look(self._worlds, self._rows, self._rules, self._scratch, views)
+        return views.reshape(self.num_envs, -1)
+
+    def _count(self) -> Infos:
+        counts = make_counts(self.n_worlds, self._rows)
+        count(self._worlds, self._rows, self._rules, counts)
+        infos: Infos = {name: array.ravel() for name, array in counts._asdict().items()}
+        return infos | {f"_{name}": self._all_rows for name in counts._fields}
+
+    def _generator(self, world: int) -> np.random.Generator:
+        generator = self._generators[world]
+        if generator is None:
+            generator = self._generators[world] = seeding.np_random()[0]
+        return generator
+
+    def _checked(self, actions: Any) -> np.ndarray:
+        """Actions as int32 ``(n_worlds, n_agents)``, or :class:`ValueError`."""
+        most = self.config.team(self.team).n_actions - 1
+        try:
+            chosen = np.asarray(actions)
+        except ValueError:
+            raise ValueError(
+                f"actions must be integers of shape ({self.num_envs},), got rows of unequal length"
+            ) from None
+        if chosen.shape != (self.num_envs,) or not np.issubdtype(chosen.dtype, np.integer):
+            raise ValueError(
+                f"actions must be integers of shape ({self.num_envs},), got {chosen.dtype} of shape {chosen.shape}"
+            )
+        if chosen.min() < 0 or chosen.max() > most:
+            raise ValueError(f"actions must be in 0..{most}, got {chosen.min()} to {chosen.max()}")
+        return np.ascontiguousarray(chosen, np.int32).reshape(self.n_worlds, -1)
+
+    def _masked(self, mask: Any) -> np.ndarray:
+        """The worlds whose rows a reset mask marks, or :class:`ValueError`."""
+        marked = np.asarray(mask)
+        if marked.shape != (self.num_envs,) or marked.dtype != np.bool_:
+            raise ValueError(
+                f"reset_mask must be bool of shape ({self.num_envs},), got {marked.dtype} of shape {marked.shape}"
+            )
+        by_world = marked.reshape(self.n_worlds, -1)
+        if (by_world.any(axis=1) != by_world.all(axis=1)).any():
+            raise ValueError("reset_mask must mark all agents of a world or none, as they end together")
+        return np.flatnonzero(by_world[:, 0])
+
+    def _seed(self, seed: int | Sequence[int | None] | None, which: np.ndarray) -> None:
+        if seed is None:
+            return
+        if isinstance(seed, Sequence | np.ndarray):
+            seeds = [None if each is None else index(each) for each in seed]
+        else:
+            seeds = [index(seed) + world for world in range(self.n_worlds)]
+        if len(seeds) != self.n_worlds:
+            raise ValueError(f"seed must be an integer or one for each of {self.n_worlds} worlds, got {len(seeds)}")
+        named = {world: seeds[world] for world in which.tolist() if seeds[world] is not None}
+        fresh = {world: seeding.np_random(each)[0] for world, each in named.items()}
+        for world, generator in fresh.items():  # all of them, or none where one is no seed
+            self._generators[world] = generator
+
+
+def _mode(given: AutoresetMode | str) -> AutoresetMode:
+    try:
+        return AutoresetMode(given)
+    except ValueError:
+        known = ", ".join(mode.value for mode in AutoresetMode)
+        raise ValueError(f"autoreset_mode must be one of {known}, got {given!r}") from None
