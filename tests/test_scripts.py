@@ -1,12 +1,13 @@
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from esp_trainer.cli import main
+from predprey_env.policies import SCRIPTS as SCRIPTED
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 
@@ -22,7 +23,6 @@ ROWS = (
     "- of a step of `reference`: the environment",
     "- of a step of `reference`: five agents' networks",
     "`parallel_env()`",
-    "MPE `simple_tag`",
     "a loop that copies prebuilt dictionaries",
     "a generation of `paper-3v2`",
     "- trials",
@@ -41,36 +41,77 @@ ROWS = (
 )
 
 
-def benchmark(*options: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPTS / "bench_throughput.py"), *options]
+PEER_ROWS = (
+    *(f"`vector_env({n_worlds}, ...)`, predators against random prey" for n_worlds in (1, 16, 128, 1024, 4096)),
+    "`vector_env(1024, ...)`, predators against prey that `run_straight`",
+    "`vector_env(1024, ...)`, predators against evolved prey",
+    "`vector_env(1024, ...)`, prey against predators that `parity_chase`",
+    "`vector_env(1024, ...)`, prey against evolved predators",
+    *(f"PufferLib `Target`, 1024 worlds, {n_agents} agents" for n_agents in (8, 5, 3)),
+    "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, a call for each step",
+    "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`",
+    "`parallel_env()`, 3 v 2",
+    "MPE `simple_tag_v3`, 3 v 2",
+    "`team_view()` of 3 predators",
+    "SISL `pursuit",
+    *(
+        f"{what}, 128 worlds, predators against {prey}"
+        for prey in ("prey that `run_straight`", "evolved prey")
+        for what in (
+            "`vector_env()`",
+            "SuperSuit `concat_vec_envs_v1` over `team_view()`s",
+            "a Python loop over `team_view()`s",
+        )
+    ),
+)
+PEERS = ("PufferLib", "JaxMARL", "SISL", "SuperSuit")
+
+
+def script(name: str, *options: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPTS / name), *options]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+
+
+def table_of(document: str) -> list[list[str]]:
+    header, _, *lines = [line for line in document.splitlines() if line.startswith("|")]
+    assert header == "| what | figure | ratio | target | |"
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 
 @pytest.mark.slow
 def test_throughput_benchmark_fills_every_row_of_its_table() -> None:
-    done = benchmark("--quick")
+    done = script("bench_throughput.py", "--quick")
     assert done.returncode == 0, done.stderr
-    header, _, *lines = [line for line in done.stdout.splitlines() if line.startswith("|")]
-    assert header == "| what | figure | ratio | target | |"
-    assert len(lines) == len(ROWS)
-    for line, beginning in zip(lines, ROWS, strict=True):
-        what, figure, ratio, *_ = (cell.strip() for cell in line.strip("|").split("|"))
+    for (what, figure, ratio, *_), beginning in zip(table_of(done.stdout), ROWS, strict=True):
         assert what.startswith(beginning)
         assert any(character.isdigit() for character in figure + ratio)
 
 
-def test_throughput_benchmark_refuses_a_part_that_does_not_exist() -> None:
-    done = benchmark("--only", "nothing")
+@pytest.mark.slow
+def test_peers_benchmark_fills_every_row_or_says_who_is_not_installed() -> None:
+    done = script("bench_peers.py", "--quick")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("# Beside others\n")
+    for (what, figure, *_), beginning in zip(table_of(done.stdout), PEER_ROWS, strict=True):
+        assert what.startswith(beginning)
+        missing = figure == "not installed" and what.startswith(PEERS)
+        assert missing or any(character.isdigit() for character in figure)
+
+
+@pytest.mark.parametrize("name", ["bench_throughput.py", "bench_peers.py"])
+def test_benchmarks_refuse_a_part_that_does_not_exist(name: str) -> None:
+    done = script(name, "--only", "nothing")
     assert done.returncode == 2
     assert "invalid choice: 'nothing'" in done.stderr
 
 
-def test_a_chase_is_drawn(tmp_path: Path) -> None:
-    run = tmp_path / "run"
-    assert main(["train", "smoke", "--generations", "1", "--out", str(run), "--quiet"]) == 0
-    teams = [str(run / f"champions/{role}-00000.safetensors") for role in ("predators", "prey")]
-    out = tmp_path / "chase.png"
-    command = [sys.executable, str(SCRIPTS / "draw_chase.py"), *teams, "--seed", "3", "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+def test_every_scripted_team_meets_every_other() -> None:
+    done = script("scripted_teams.py", "--episodes", "40")
     assert done.returncode == 0, done.stderr
-    assert out.read_bytes().startswith(b"\x89PNG")
+    tables = re.findall(r"^\| predators \|(.*?) \|\n.*?\n((?:\|.*\n)+)", done.stdout, re.MULTILINE)
+    assert len(tables) == 2
+    for columns, rows in tables:
+        assert [name.strip() for name in columns.split("|")] == list(SCRIPTED["prey"])
+        names, cells = zip(*(line.strip("| ").split(" | ", 1) for line in rows.splitlines()), strict=True)
+        assert [name.strip("`") for name in names] == list(SCRIPTED["predators"])
+        assert all(len(re.findall(r"[01]\.\d{3} \[[01]\.\d{3}, [01]\.\d{3}\]", line)) == 4 for line in cells)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import statistics
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from mpe2 import simple_tag_v3
 
 from bench.report import Row
-from bench.timing import measure
+from bench.timing import side_by_side
 from bench.workload import Scale
-from predprey_env import EnvConfig, parallel_env
-
-_SLOWER = 20  # times that simple_tag is given fewer steps to play
+from predprey_env import parallel_env
 
 
 class Prebuilt:
@@ -37,26 +34,29 @@ class Prebuilt:
 
 
 def rows(scale: Scale) -> list[Row]:
-    """The environment, MPE's nearest relative, and a ceiling for anything that returns dictionaries."""
-    cycles = EnvConfig().max_cycles
-    tag = simple_tag_v3.parallel_env(num_adversaries=3, num_good=2, max_cycles=cycles)
-    ours = steps_per_second(parallel_env(), scale.env_steps, scale.repetitions)
-    theirs = steps_per_second(tag, max(1, scale.env_steps // _SLOWER), scale.repetitions)
-    ceiling = steps_per_second(Prebuilt(parallel_env()), scale.env_steps, scale.repetitions)
-    target = 60_000
+    """The environment, and a ceiling for anything that returns dictionaries; ``bench_peers.py`` has other people's."""
+    ready, n_steps, target = Prebuilt(parallel_env()), scale.env_steps, 60_000
+    taken = side_by_side(
+        {"ours": stepping(parallel_env(), n_steps), "ceiling": stepping(ready, n_steps)}, scale.repetitions
+    )
+    ours, ceiling = n_steps / taken["ours"].cpu, n_steps / taken["ceiling"].cpu
     return [
         Row("`parallel_env()`, random actions", f"{ours:,.0f} steps/CPU-s", "", f"≥ {target:,}", ours >= target),
-        Row(f"MPE `simple_tag`, 3 v 2, {cycles} cycles", f"{theirs:,.0f} steps/CPU-s", f"ours {ours / theirs:.0f} x"),
         Row("a loop that copies prebuilt dictionaries", f"{ceiling:,.0f} steps/CPU-s", f"ours {ours / ceiling:.2f} x"),
     ]
 
 
-def steps_per_second(env: Any, n_steps: int, repetitions: int) -> float:
-    """Median over the repetitions; resets are part of the time."""
+def random_actions(env: Any, n: int = 1000) -> list[dict[str, int]]:
+    """Actions for all agents, drawn before the clock runs."""
     generator = np.random.default_rng(0)
-    env.reset(seed=0)
     sizes = {agent: int(env.action_space(agent).n) for agent in env.possible_agents}
-    ready = [{agent: int(generator.integers(n)) for agent, n in sizes.items()} for _ in range(1000)]
+    return [{agent: int(generator.integers(n_actions)) for agent, n_actions in sizes.items()} for _ in range(n)]
+
+
+def stepping(env: Any, n_steps: int) -> Callable[[], None]:
+    """What plays so many steps; resets are part of the work."""
+    env.reset(seed=0)
+    ready = random_actions(env)
 
     def play() -> None:
         for number in range(n_steps):
@@ -64,5 +64,4 @@ def steps_per_second(env: Any, n_steps: int, repetitions: int) -> float:
                 env.reset()
             env.step(ready[number % len(ready)])
 
-    play()
-    return n_steps / statistics.median(measure(play).cpu for _ in range(repetitions))
+    return play

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides
 from esp_trainer.config import RunConfig
+from esp_trainer.esp.team import Team, pick
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.presets import preset
 from esp_trainer.seeding import stream
@@ -52,3 +55,14 @@ def first_generation(config: RunConfig) -> TrialBatch:
         teams[role] = side.subpopulations.draw(stream(config.seed, f"{role} ask"), esp.n_trials)
     starts = CellStarts(config.env).draw(stream(config.seed, "starts"), esp.n_trials, esp.n_episodes)
     return TrialBatch(teams["predators"], teams["prey"], starts)
+
+
+def random_team(role: Role) -> Team:
+    """One team of the preset's first generation: random networks, as evolution starts from them."""
+    config = config_of(QUICK)
+    batch = first_generation(config)
+    teams = {"predators": batch.predators, "prey": batch.prey}[role]
+    if not isinstance(teams, EvolvedTeams):
+        raise ValueError(f"{role} must evolve, got a script")
+    side = {"predators": config.predators, "prey": config.prey}[role]
+    return Team(role, side, teams.controller, pick(teams, np.arange(1))[0])

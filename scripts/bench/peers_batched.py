@@ -1,0 +1,71 @@
+"""Many worlds at once: the vector environment by size and by opponent, beside environments compiled by others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from bench.contenders import CYCLES, Contender, Scale, check_plays, rows_of, stepping_all
+from bench.peers_compiled import jaxmarl_contenders, pufferlib_contenders
+from bench.report import Row
+from bench.workload import random_team
+from predprey_env import EnvConfig, PredPreyVectorEnv, vector_env
+from predprey_env.config import TeamName
+from predprey_env.policies.opponents import Opponent
+
+SIZES = (1, 16, 128, 1024, 4096)
+WORLDS = 1024
+"""Where all are compared, and the target holds."""
+TARGET = 3_000_000
+
+
+def rows(scale: Scale) -> list[Row]:
+    """The vector environment and its compiled peers."""
+    contenders = [_ours(size, "predators", "random", "random prey", scale) for size in SIZES]
+    base = contenders[SIZES.index(WORLDS)].what
+    contenders += [
+        _ours(WORLDS, "predators", "run_straight", "prey that `run_straight`", scale),
+        _ours(WORLDS, "predators", random_team("prey"), "evolved prey (random networks)", scale),
+        _ours(WORLDS, "prey", "parity_chase", "predators that `parity_chase`", scale),
+        _ours(WORLDS, "prey", random_team("predators"), "evolved predators (random networks)", scale),
+    ]
+    peers = [*pufferlib_contenders(WORLDS, base, scale), *jaxmarl_contenders(WORLDS, base)]
+    return rows_of([*contenders, *peers], scale.repetitions)
+
+
+def make_env(n_worlds: int, team: TeamName, opponent: Opponent) -> PredPreyVectorEnv:
+    """Worlds that start again in the step in which they end: every call is a time step of every world."""
+    return vector_env(n_worlds, team, opponent, AutoresetMode.SAME_STEP)
+
+
+def random_actions(env: Any, n: int = 64) -> list[np.ndarray]:
+    """Actions for all rows, drawn before the clock runs."""
+    generator = np.random.default_rng(0)
+    n_actions = int(getattr(env, "single_action_space", env.action_space).n)
+    return [generator.integers(0, n_actions, env.num_envs) for _ in range(n)]
+
+
+def _ours(n_worlds: int, team: TeamName, opponent: Opponent, who: str, scale: Scale) -> Contender:
+    _check(team, opponent)
+    target = TARGET if (n_worlds, opponent) == (WORLDS, "random") else None
+    env, n_calls = make_env(n_worlds, team, opponent), scale.n_calls(n_worlds)
+    env.reset(seed=0)
+    what = f"`vector_env({n_worlds}, ...)`, {team} against {who}"
+    run = stepping_all(env, random_actions(env), n_calls)
+    return Contender(what, EnvConfig().n_agents, n_calls * n_worlds, run, target=target)
+
+
+def _check(team: TeamName, opponent: Opponent) -> None:
+    """See that every world ends, and that prey are caught."""
+    env, n_ended, n_caught = make_env(WORLDS, team, opponent), 0, 0
+    env.reset(seed=0)
+    actions = random_actions(env)
+    for number in range(CYCLES):
+        _, _, terminated, truncated, infos = env.step(actions[number % len(actions)])
+        ended = terminated | truncated
+        if ended.any():
+            n_ended += int(ended.sum())
+            n_caught += int(infos["final_info"]["n_captured"][ended].sum())
+    check_plays(f"vector_env of {team} against {opponent}", n_ended // (env.num_envs // WORLDS), n_caught)
