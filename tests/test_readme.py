@@ -8,7 +8,9 @@ import pytest
 from esp_trainer.cli import main
 
 README = (Path(__file__).parent.parent / "README.md").read_text()
-SNIPPETS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+ECOSYSTEM = Path(__file__).parent / "ecosystem"
+# Those of a tool are run where that tool is installed: in tests/ecosystem.
+SNIPPETS = re.findall(r"(?<!-->\n)```python\n(.*?)```", README, re.DOTALL)
 
 SMALL = ["--env.max_cycles", "10", "--esp.subpopulation_size", "8", "--esp.hof_mates", "1", "--esp.n_trials", "8"]
 
@@ -42,3 +44,15 @@ def test_commands_of_the_readme_exist() -> None:
     commands = set(re.findall(r"^esp-trainer (\w+)", README, re.MULTILINE))
     assert commands
     assert commands <= {"train", "resume", "evaluate", "show", "replay", "presets"}
+
+
+def test_every_tool_that_is_tried_has_tests_a_snippet_and_a_row() -> None:
+    tools = sorted(file.stem for file in (ECOSYSTEM / "requirements").glob("*.txt"))
+    assert tools == sorted(file.stem.removeprefix("test_") for file in ECOSYSTEM.glob("test_*.py"))
+    assert tools == sorted(re.findall(r"^<!-- tool: (\w+) -->$", README, re.MULTILINE))
+    table = re.search(r"^\| tool .*?\n\n", README, re.DOTALL | re.MULTILINE)
+    assert table is not None
+    for tool, pinned in [(tool, (ECOSYSTEM / f"requirements/{tool}.txt").read_text()) for tool in tools]:
+        version = re.search(r"==(\d+\.\d+)", pinned)
+        assert version is not None
+        assert f"{version[1]} |" in table[0], tool

@@ -1,0 +1,162 @@
+"""Stable-Baselines3: PPO trains, saves and plays, with prey caught on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import supersuit as ss
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.utils import set_random_seed
+from stable_baselines3.common.vec_env import VecEnv
+
+from predprey_env import predprey_v0, vector_env
+from predprey_env.sb3 import SB3VecEnv
+
+pytestmark = pytest.mark.ecosystem
+
+SMALL = {"size": 6, "max_cycles": 30, "reward": "dense"}  # random predators catch prey within an episode
+
+
+def through_supersuit(mode: str, seed: int) -> VecEnv:
+    """Two copies for one policy that plays all agents."""
+    env = ss.pad_action_space_v0(ss.pad_observations_v0(predprey_v0.parallel_env(**SMALL, captured_prey=mode)))
+    env = ss.agent_indicator_v0(env, type_only=True)
+    env = ss.black_death_v3(env) if mode == "removed" else env
+    env = ss.concat_vec_envs_v1(ss.pettingzoo_env_to_vec_env_v1(env), 2, base_class="stable_baselines3")
+    env.venv.reset(seed=seed)  # SuperSuit's wrapper for SB3 cannot seed, so PPO's own argument fails
+    return env
+
+
+def through_the_vector_env(seed: int) -> VecEnv:
+    """Two worlds for one policy that plays the predators, against random prey."""
+    env = SB3VecEnv(vector_env(2, "predators", "random", "SameStep", **SMALL))
+    env.seed(seed)
+    return env
+
+
+# From a seed to two copies of the world.
+WAYS: dict[str, Callable[[int], VecEnv]] = {
+    "supersuit": partial(through_supersuit, "inert"),
+    "supersuit, removed": partial(through_supersuit, "removed"),
+    "vector_env": through_the_vector_env,
+}
+
+ways = pytest.mark.parametrize("way", WAYS)
+
+
+class Count(BaseCallback):
+    """Counts over a training: the rows whose infos tell of caught prey, and the ends of episodes."""
+
+    captured = ended = 0
+
+    def _on_step(self) -> bool:
+        self.captured += sum(info.get("n_captured", 0) > 0 for info in self.locals["infos"])
+        self.ended += self.locals["dones"].sum()
+        return True
+
+
+def trained(env: VecEnv) -> tuple[PPO, Count, dict[str, torch.Tensor]]:
+    """A model after one iteration, what happened in it, and the parameters before."""
+    set_random_seed(0)
+    model, count = PPO("MlpPolicy", env, n_steps=64, batch_size=64, n_epochs=2), Count()
+    before = {name: values.clone() for name, values in model.policy.state_dict().items()}
+    model.learn(64 * env.num_envs, callback=count)
+    return model, count, before
+
+
+@ways
+def test_ppo_trains_one_iteration(way: str) -> None:
+    env = WAYS[way](0)
+    model, count, before = trained(env)
+    assert model.num_timesteps == 64 * env.num_envs
+    assert count.captured > 0
+    assert count.ended >= 2 * env.num_envs
+    after = model.policy.state_dict()
+    assert all(torch.isfinite(values).all() for values in after.values())
+    assert not any(torch.equal(values, before[name]) for name, values in after.items() if name.endswith("weight"))
+
+
+@pytest.mark.parametrize("mode", ["inert", "removed"])
+def test_supersuit_passes_on_what_the_world_pays(mode: str) -> None:
+    """The reward of a step is the change in fitness between its infos; those of an end give way to the next start's."""
+    env = through_supersuit(mode, 0)
+    env.reset()
+    fitness = np.array([info["fitness"] for info in env.reset_infos])
+    paid = 0
+    for _ in range(200):
+        _, rewards, dones, infos = env.step(np.array([env.action_space.sample() for _ in range(env.num_envs)]))
+        for i, info in enumerate(infos):
+            if "fitness" in info and not dones[i]:
+                assert rewards[i] == pytest.approx(info["fitness"] - fitness[i], abs=1e-5)
+                paid += rewards[i] != 0
+        fitness = np.array([info.get("fitness", 0) for info in infos])
+    assert paid > 200
+
+
+@ways
+def test_the_same_seed_trains_the_same_policy(way: str) -> None:
+    one, again, other = (trained(WAYS[way](seed))[0].policy.state_dict() for seed in (3, 3, 4))
+    assert all(torch.equal(values, again[name]) for name, values in one.items())
+    assert not all(torch.equal(values, other[name]) for name, values in one.items())
+
+
+@ways
+def test_a_saved_policy_plays_on(way: str, tmp_path: Path) -> None:
+    env = WAYS[way](0)
+    model, *_ = trained(env)
+    model.save(tmp_path / "model")
+    loaded = PPO.load(tmp_path / "model")
+    captured, observations = 0, env.reset()
+    for _ in range(100):
+        actions, _ = loaded.predict(observations, deterministic=True)
+        np.testing.assert_array_equal(actions, model.predict(observations, deterministic=True)[0])
+        observations, _, _, infos = env.step(loaded.predict(observations)[0])
+        captured += sum(info.get("n_captured", 0) > 0 for info in infos)
+    assert captured > 0
+
+
+def test_the_adapter_tells_where_an_episode_was_cut_off() -> None:
+    """PPO takes the value of the terminal observation for what was cut off, and nothing for what ended."""
+    config = {**SMALL, "size": 4, "max_cycles": 5}
+    adapter, plain = (vector_env(4, "prey", "surround", "SameStep", **config) for _ in range(2))
+    env, ends = SB3VecEnv(adapter), {"terminated": 0, "truncated": 0}
+    env.seed(3)
+    assert env.reset().tolist() == plain.reset(seed=3)[0].tolist()
+    for _ in range(60):
+        actions = np.array([env.action_space.sample() for _ in range(env.num_envs)])
+        views, rewards, dones, infos = env.step(actions)
+        seen, paid, terminated, truncated, told = plain.step(actions)
+        assert views.tolist() == seen.tolist()
+        assert rewards == pytest.approx(paid)
+        assert dones.tolist() == (terminated | truncated).tolist()
+        for row in np.flatnonzero(dones):
+            assert infos[row]["terminal_observation"].tolist() == told["final_obs"][row].tolist()
+            assert infos[row]["TimeLimit.truncated"] == truncated[row]
+        assert not any(infos[row] for row in np.flatnonzero(~dones))
+        ends["terminated"] += int(terminated.sum())
+        ends["truncated"] += int(truncated.sum())
+    assert min(ends.values()) > 10
+
+
+def test_the_adapter_needs_worlds_that_start_again_at_once() -> None:
+    with pytest.raises(ValueError, match=r"^autoreset_mode must be SAME_STEP for Stable-Baselines3, got NEXT_STEP$"):
+        SB3VecEnv(vector_env(2, "prey", "surround"))
+
+
+def test_the_readmes_snippet_trains(snippet: dict[str, Any]) -> None:
+    env, model = snippet["env"], snippet["model"]
+    assert env.num_envs == 64 * 3  # predators
+    assert env.observation_space.shape == (4,)
+    assert model.num_timesteps >= 20_000
+    captured, observations = 0, env.reset()
+    for _ in range(300):
+        observations, _, _, infos = env.step(model.predict(observations)[0])
+        captured += sum(info.get("n_captured", 0) > 0 for info in infos)
+    assert captured > 0
