@@ -85,6 +85,12 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         self._slices = [slice(int(end) - length, int(end)) for end, length in zip(ends, lengths, strict=True)]
         self._n_seen = int(ends[-1])
         self._n_actions = [int(space.n) for space in self.action_spaces.values()]
+        n_predators, n_prey = config.n_predators, config.n_prey
+        self._in_turn = {
+            EVERYBODY: [1] * config.n_agents,
+            PREY: [0] * n_predators + [1] * n_prey,
+            PREDATORS: [1] * n_predators + [0] * n_prey,
+        }
         self._rules = config.rules
         self._generator: np.random.Generator | None = None
         self._world: World | None = None
@@ -219,10 +225,9 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         untouched.
         """
         check_agents(actions, self._index)
-        chosen = self._actions.tolist()
+        chosen, in_turn, n_predators = self._actions.tolist(), self._in_turn[self._turn], self.config.n_predators
         for agent, i in self._rows(self.agents):
-            prey = i - self.config.n_predators
-            if not self._in_turn(i) or (prey >= 0 and not free[prey]):
+            if not in_turn[i] or (i >= n_predators and not free[i - n_predators]):
                 continue
             chosen[i] = read_action(actions, agent, self._n_actions[i])
         self._actions[:] = chosen
@@ -244,9 +249,6 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """Steps and half steps that have passed."""
         return self._steps - 0.5 * (self._turn == PREDATORS)
 
-    def _in_turn(self, i: int) -> bool:
-        return self._turn != (PREDATORS if i >= self.config.n_predators else PREY)
-
     def _saved(self) -> dict[str, Any]:
         """All that a step changes, for :meth:`_restore`."""
         world = self._world and World(*(rows.copy() for rows in self._world))
@@ -263,14 +265,14 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         return int(prey >= 0 and not self._alive[prey])
 
     def _infos(self, agents: list[str]) -> dict[str, Info]:
-        n_captured, steps = self._alive.count(0), self._steps
+        n_captured, steps, in_turn = self._alive.count(0), self._steps, self._in_turn[self._turn]
         return {
             agent: {
                 "captured": self._captured(agent),
                 "n_captured": n_captured,
                 "fitness": self._fitness[i],
                 "steps": steps,
-                "in_turn": int(self._in_turn(i)),
+                "in_turn": in_turn[i],
             }
             for agent, i in self._rows(agents)
         }
