@@ -45,6 +45,9 @@ def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> 
         used = current.__code__.co_names
         files |= {file for name, file in _imports(_file_of(current)).items() if name in used}
         called: list[Any] = [known.get(name) for name in used]
+        for module in [value for value in called if inspect.ismodule(value)]:
+            files.add(_file_of(module))
+            called += [getattr(module, name, None) for name in used]
         for generic in [value for value in called if hasattr(value, "registry")]:
             called += [rule for kind, rule in generic.registry.items() if kind in classes]
         pending += [value.py_func for value in called if isinstance(value, CPUDispatcher) and value.py_func not in seen]

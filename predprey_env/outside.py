@@ -38,7 +38,7 @@ class OutsideTeam:
     def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:
         """Start an episode in some worlds."""
         if self._act_batch:
-            if len(which) == len(self.views) and hasattr(self._policies[0], "reset"):
+            if len(which) == len(self.views):
                 self._policies[0].reset(int(seeds[0]))
             return
         for world, seed in zip(which.tolist(), seeds.tolist(), strict=True):

@@ -3,11 +3,12 @@
 A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. Nobody is told what
 a team-mate does. As prey cannot be outrun, predators must come from several sides at once; as three predators cannot
 close four exits at once, prey that foresee them escape. The task is that of Rawal, Rajagopalan & Miikkulainen (2010),
-*Constructing Competitive and Cooperative Agent Behavior Using Coevolution*.
+*Constructing Competitive and Cooperative Agent Behavior Using Coevolution*. `make` is in PettingZoo from 1.27 on, and knows
+the name once `predprey_env` is imported.
 
 | Import             | `from predprey_env import predprey_v0`                          |
 |--------------------|-----------------------------------------------------------------|
-| Creation           | `pettingzoo.make("parallel", "predprey-v0")` (PettingZoo 1.27)  |
+| Creation           | `pettingzoo.make("parallel", "predprey-v0")`                    |
 | Actions            | Discrete                                                        |
 | Parallel API       | Yes (AEC through `env()`)                                       |
 | Manual control     | No                                                              |
@@ -46,13 +47,15 @@ then the predators', by then aware of where the prey went. Actions of the team t
 the end are counted in whole steps.
 
 A prey is caught when a predator is in its cell after the move. A caught prey stays in `agents`, does nothing and has its
-actions ignored (`captured_prey="inert"`), or terminates and leaves, its last reward being the fitness if the episode
-ended then (`"removed"`).
+actions ignored (`captured_prey="inert"`), or terminates and leaves (`"removed"`), paid as if the episode ended then; what
+happens later does not change that.
 
 ### Rewards
 
-0 until the last step, on which every agent receives its fitness; the undiscounted return is thus the paper's fitness.
-With `reward="dense"` each step pays the change in the fitness if the episode ended now.
+0 until the last step, on which every agent receives its fitness; with `captured_prey="inert"` the undiscounted return is
+thus the paper's fitness. With `reward="dense"` each step pays the change in what the fitness would be if the episode
+ended now, so that the return is the last fitness minus the first. For predators that tells of every step nearer; for
+prey, whose fitness does not know distances, it pays only when one of them is caught.
 
 | Team      | Prey caught, `g` of `n` | Fitness                        |
 |-----------|-------------------------|--------------------------------|
@@ -72,8 +75,8 @@ integers `(n_agents, 2)`, predators first.
 
 ### Episode end
 
-Termination: all prey are caught. Truncation: `max_cycles` steps have passed. After that `step` returns five empty
-dictionaries.
+Termination: all prey are caught, if only on the last step. Truncation: `max_cycles` steps have passed and some prey are
+free. After that `step` returns five empty dictionaries.
 
 ### Info
 

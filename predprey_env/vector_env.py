@@ -51,9 +51,8 @@ def vector_env(
         n_worlds: How many; there are as many rows as worlds times agents of the team.
         team: ``"predators"`` or ``"prey"``.
         opponent: Who plays the others, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in compiled
-            code; of any other policy each world has a copy, and they are asked one by one, unless the policy has a
-            method ``act_batch(observations)`` from float32 ``(n_worlds, n_agents, n_seen)`` to int ``(n_worlds,
-            n_agents)``; that one is reset when all worlds start at once.
+            code; a policy with ``act_batch`` is asked about all worlds in one call, and reset when all start at once;
+            of any other policy each world has a copy, and they are asked one by one.
         autoreset_mode: What happens after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """
@@ -116,7 +115,8 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, Infos]:
         """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` those whose rows are marked.
 
-        World ``w`` is seeded with ``seed + w``, or with ``seed[w]``. ``options={"starts": cells}`` places the agents,
+        World ``w`` is seeded with ``seed + w``, as Gymnasium does, or with ``seed[w]``: runs that are to differ need
+        seeds at least ``n_worlds`` apart. ``options={"starts": cells}`` places the agents,
         int ``(n_worlds, n_agents, 2)``, of the worlds that start.
         """
         options = options or {}
@@ -141,7 +141,10 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if self._over is None:
             raise RuntimeError("reset() must be called before step()")
         if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
-            raise RuntimeError(f"{self._over.sum()} worlds are over: reset() them, with a reset_mask, before step()")
+            over = np.flatnonzero(self._over).tolist()
+            raise RuntimeError(
+                f"reset() must be called with a reset_mask for the worlds that are over, got {brief(over)}"
+            )
         before, n_agents, dense = self._over, self._rows.n_agents, self.config.reward == "dense"
         chosen, results = self._checked(actions), make_results(self.n_worlds, self._rows)
         with self._all_or_nothing():
@@ -168,12 +171,15 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             return
         changing, over, generators = (*self._worlds, self._scores), self._over, self._generators[:]
         saved = [array.copy() for array in changing]
+        drawn = [(generator, generator.bit_generator.state) for generator in generators if generator is not None]
         try:
             yield
         except BaseException:  # Ctrl-C too
             for array, old in zip(changing, saved, strict=True):
                 array[:] = old
             self._over, self._generators = over, generators
+            for generator, state in drawn:
+                generator.bit_generator.state = state
             raise
 
     def _opponents_move(self) -> None:
@@ -185,19 +191,13 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
         """Start some worlds, each from its own random numbers."""
         generators = [self._generator(world) for world in which.tolist()]
-        states = [generator.bit_generator.state for generator in generators] if self._outside else []
         starts = draw_each(generators, self.config) if given is None else given
         seeds = np.array([draw_seed(generator) for generator in generators], np.int64)
         place(self._worlds, self._other_rows, self._rules, which, starts, seeds)
-        try:
-            if self._outside:
-                self._outside.reset(which, seeds)
-            if self._in_turns and self.team == "predators":
-                self._play_first_turn(which)
-        except BaseException:
-            for generator, state in zip(generators, states, strict=True):
-                generator.bit_generator.state = state
-            raise
+        if self._outside:
+            self._outside.reset(which, seeds)
+        if self._in_turns and self.team == "predators":
+            self._play_first_turn(which)
         score(self._worlds, self._rules, self._scratch, which, self._scores)
 
     def _play_first_turn(self, which: np.ndarray) -> None:

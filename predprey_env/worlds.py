@@ -16,8 +16,7 @@ from predprey_env.dynamics import World, count_alive, is_over, predators_turn, p
 from predprey_env.fitness import fitness
 from predprey_env.lanes import LANES, lane_zeros, load, store, where
 from predprey_env.observation import observe
-from predprey_env.policies.chance import scramble
-from predprey_env.policies.protocol import MEMORY, choose
+from predprey_env.policies.protocol import MEMORY, choose, first_memory
 
 STILL = 4
 """The action of who does not move."""
@@ -187,9 +186,9 @@ def place(worlds: Worlds, opponents: Team, rules: Rules, which: Any, starts: Any
         for prey in range(rules.n_prey):
             worlds.alive[block, prey, lane] = 1
         for agent in range(opponents.n_agents):
-            for row in range(1, MEMORY):
-                worlds.kept[block, agent * MEMORY + row, lane] = 0
-            worlds.kept[block, agent * MEMORY, lane] = scramble(seeds[i], agent)
+            for row in range(MEMORY):
+                first = first_memory(seeds[i], opponents.first > 0, agent, row)
+                worlds.kept[block, agent * MEMORY + row, lane] = first
         worlds.clock[block, 0, lane] = 0
         worlds.over[block, 0, lane] = 0
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+from types import ModuleType
 
 from esp_trainer.evaluation.match import match
 from esp_trainer.types import ScriptedTeams
@@ -27,7 +28,7 @@ episodes."""
 
 PARITY = """
 A single prey that walks at random escapes `greedy_chase` only where all three predators start at an odd distance from
-it, once in eight times: on an even torus nobody who never idles can land on it. `parity_chase` idles once, and does."""
+it, once in eight times: on an even torus nobody who never idles can land on it. `parity_chase` idles, and does."""
 
 
 def main() -> None:
@@ -42,6 +43,7 @@ def main() -> None:
         print(f"\n## 3 predators, {n_prey} prey\n")
         print(table(world.replace(n_predators=3, n_prey=n_prey), options.episodes))
     print(PARITY)
+    print(f"\n## Sources\n\n- Predators: {sources(predators)}\n- Prey: {sources(prey)}")
 
 
 def meaning(script: str) -> str:
@@ -51,6 +53,11 @@ def meaning(script: str) -> str:
         return "every action equally often."
     text = " ".join(inspect.getdoc(rule).split())
     return text.replace(":func:`", "`")
+
+
+def sources(module: ModuleType) -> str:
+    """Where its scripts come from, from its own docstring."""
+    return " ".join(str(inspect.getdoc(module)).partition("Sources: ")[2].split())
 
 
 def table(env: EnvConfig, episodes: int) -> str:

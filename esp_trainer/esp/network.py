@@ -70,8 +70,8 @@ def decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any
     """An agent's action: its networks' outputs are summed per action and the largest sum wins (section VI, figure 3);
     of equal ones the lowest index.
 
-    ``weights`` holds the agent's networks one after the other from row ``at`` on; ``inputs``, ``hidden`` and ``votes``
-    are scratch of at least ``n_inputs + 1``, ``n_hidden`` and ``n_outputs`` rows.
+    ``weights`` holds the agent's networks one after the other from row ``at`` on; ``inputs`` and ``votes`` are scratch
+    of at least ``n_inputs + 1`` and ``n_outputs`` rows.
     """
     n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
     for action in range(len(controller.blank)):

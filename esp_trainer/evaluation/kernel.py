@@ -20,8 +20,7 @@ from predprey_env.dynamics import World, is_over, predators_turn, prey_turn, ste
 from predprey_env.fitness import fitness
 from predprey_env.lanes import LANES, any_of, lane_zeros, load, store, where
 from predprey_env.observation import observe
-from predprey_env.policies.chance import scramble
-from predprey_env.policies.protocol import MEMORY
+from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.policies.scripted import Script, follow
 
 PARKED = -(1 << 30)
@@ -29,7 +28,9 @@ PARKED = -(1 << 30)
 
 
 class Side(NamedTuple):
-    """One side of a batch as the kernel reads it."""
+    """One side of a batch as the kernel reads it: networks or a script, so that one kernel plays every pairing and is
+    compiled once.
+    """
 
     script: Script
     """The script that it follows; number 0 where networks play."""
@@ -122,10 +123,10 @@ def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome)
     for agent in range(starts.shape[2]):
         memory.world.x[agent, lane] = starts[trial, episode, agent, 0]
         memory.world.y[agent, lane] = starts[trial, episode, agent, 1]
-        for row in range(1, MEMORY):
-            memory.kept[agent * MEMORY + row, lane] = 0
-        number = agent if agent < n_predators else agent - n_predators
-        memory.kept[agent * MEMORY, lane] = scramble(script_seed(trial, episode, starts.shape[1]), number)
+        prey = agent >= n_predators
+        number, seed = agent - n_predators * prey, script_seed(trial, episode, starts.shape[1])
+        for row in range(MEMORY):
+            memory.kept[agent * MEMORY + row, lane] = first_memory(seed, prey, number, row)
     for prey in range(len(memory.world.alive)):
         memory.world.alive[prey, lane] = 1
     memory.clock[0, lane] = 0

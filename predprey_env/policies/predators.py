@@ -1,4 +1,9 @@
-"""Scripted predators. Where none is left to hunt they take their last action, which is to idle if they may."""
+"""Scripted predators. Where none is left to hunt they take their last action, which is to idle if they may.
+
+Sources: M. Benda, V. Jagannathan, R. Dodhiawala, *On Optimal Cooperation of Knowledge Sources* (Boeing, 1986), where a
+prey is caught from its four sides; R. E. Korf, *A Simple Solution to Pursuit Games* (Workshop on Distributed Artificial
+Intelligence, 1992). What names no source is this project's own.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +23,7 @@ HALF, ZERO = np.float32(0.5), np.float32(0.0)
 
 @rule
 def greedy_chase(seen: Any, n_opponents: int, n_actions: int) -> Any:
-    """It runs straight at the nearest free prey (the greedy predator of Korf, 1992)."""
+    """It runs straight at the nearest free prey: Korf's attraction (1992), without his repulsion between predators."""
     dx, dy, length = nearest(seen, n_opponents)
     return where(length < FAR, towards(dx, dy), n_actions - 1)
 
@@ -35,8 +40,8 @@ def _in_step(length: Any, action: Any, n_actions: int, in_turns: bool) -> Any:
 
 @rule
 def parity_chase(seen: Any, n_opponents: int, n_actions: int, in_turns: bool) -> Any:
-    """The greedy chase, that idles once when the nearest free prey is an odd distance away (where teams move in turns,
-    an even one).
+    """The greedy chase, but it idles whenever the nearest free prey is an odd distance away (where teams move in turns,
+    an even one): once for each prey that it turns to. Where it may not idle it is the greedy chase.
     """
     dx, dy, length = nearest(seen, n_opponents)
     return where(length < FAR, _in_step(length, towards(dx, dy), n_actions, in_turns), n_actions - 1)
@@ -60,8 +65,9 @@ def intercept(seen: Any, n_opponents: int, n_actions: int, in_turns: bool, memor
 
 @rule
 def surround(agent: int, seen: Any, n_opponents: int, n_actions: int, in_turns: bool) -> Any:
-    """Four roles, one for each agent in turn: to come from the west, the east, the south or the north. It aims beside
-    the nearest free prey, on its own side, half as far out as it is away (the sides of Benda et al., 1986).
+    """Four roles, one for each agent in turn: to come from the west, the east, the south or the north (the sides of
+    Benda et al., 1986). It aims beside the nearest free prey, on its own side, half as far out as it is away; it keeps
+    step as :func:`parity_chase` does.
     """
     dx, dy, length = nearest(seen, n_opponents)
     role = agent % 4

@@ -1,4 +1,9 @@
-"""Scripted prey."""
+"""Scripted prey.
+
+Sources: T. Haynes, S. Sen, *Evolving Behavioral Strategies in Predators and Prey* (IJCAI-95 Workshop on Adaptation and
+Learning in Multiagent Systems, 1995); C. H. Yong, R. Miikkulainen, *Cooperative Coevolution of Multi-Agent Systems*
+(University of Texas at Austin, AI01-287, 2001). What names no source is this project's own.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +32,8 @@ def flee_centroid(seen: Any, n_opponents: int) -> Any:
 
 @rule
 def run_straight(seen: Any, n_opponents: int, memory: Any, at: int) -> Any:
-    """It starts away from the nearest predator and never turns: who only follows never gets it (the linear prey of
-    Haynes & Sen, 1995).
+    """It starts away from the nearest predator and never turns, so that who is behind it stays behind: after the linear
+    prey of Haynes & Sen (1995), whose direction is drawn.
     """
     kept = load(memory, at + 1)  # its direction, counted from 1
     direction = where(kept > 0, kept - 1, flee_nearest(seen, n_opponents))

@@ -9,8 +9,22 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numba.extending import overload
 
+from predprey_env.compilation import rule
+from predprey_env.policies.chance import scramble
+
 MEMORY = 4
 """Rows of memory that a compiled player has for each of its agents, int32."""
+
+
+_PREY = 1 << 20  # apart from the predators' numbers
+
+
+@rule
+def first_memory(seed: int, prey: bool, agent: int, row: int) -> int:
+    """What an agent's memory holds when an episode starts: in its first row the state that random choices start from,
+    in the others 0.
+    """
+    return scramble(seed, agent + (_PREY if prey else 0)) if row == 0 else 0
 
 
 @runtime_checkable
@@ -21,6 +35,10 @@ class Policy(Protocol):
     :func:`predprey_env.vector_env` plays it without leaving compiled code. The player is a named tuple that
     :func:`choose` knows, its arrays laid out for one world (``lanes = 0``) or for a block of worlds. The method raises
     :class:`ValueError` if the policy cannot play that team in that world.
+
+    Or it may have a method ``act_batch(observations)``, from float32 ``(n_worlds, n_agents, n_seen)`` to int
+    ``(n_worlds, n_agents)``, with which a vector environment asks it about all worlds in one call. It must remember
+    nothing: it is asked about worlds that are over as well, and more than once a step where others have just begun.
     """
 
     def reset(self, seed: int | None = None) -> None:
@@ -40,8 +58,7 @@ def choose(player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
         player: Who plays the team, a named tuple.
         agent: The agent's number in its team.
         seen: What it observes: rows of float32.
-        memory: What the player keeps: rows of int32. When an episode starts, the first of an agent's holds
-            :func:`~predprey_env.policies.chance.scramble` of the seed and the agent's number, the others 0.
+        memory: What the player keeps: rows of int32, :func:`first_memory` when an episode starts.
         at: The first of the agent's :data:`MEMORY` rows.
     """
     raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")

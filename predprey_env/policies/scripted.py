@@ -10,11 +10,11 @@ import numpy as np
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.lanes import load, store
-from predprey_env.policies.chance import advance, pick, scramble
+from predprey_env.policies.chance import advance, pick
 from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_team
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
-from predprey_env.policies.protocol import MEMORY, choose
+from predprey_env.policies.protocol import MEMORY, choose, first_memory
 
 RANDOM, GREEDY_CHASE, PARITY_CHASE, INTERCEPT, SURROUND, FLEE_NEAREST, FLEE_CENTROID, RUN_STRAIGHT = range(1, 9)
 
@@ -72,9 +72,10 @@ choose.register(Script, follow)
 
 
 @entry_point
-def _act(script: Script, agent: int, seen: Any, memory: Any, seed: int, fresh: bool) -> int:
+def _act(script: Script, prey: bool, agent: int, seen: Any, memory: Any, seed: int, fresh: bool) -> int:
     if fresh:
-        memory[0] = scramble(seed, agent)
+        for row in range(MEMORY):
+            memory[row] = first_memory(seed, prey, agent, row)
     return follow(script, agent, seen, memory, 0)  # type: ignore[no-any-return]
 
 
@@ -145,4 +146,5 @@ class ScriptedTeam:
             self._memory[agent] = np.zeros(MEMORY, np.int32)
         script = Script(NUMBERS[self.script], len(seen) // 2, self.n_actions, self.in_turns)
         view = np.ascontiguousarray(seen, np.float32)
-        return int(_act(script, agent_number(agent), view, self._memory[agent], self._seed, fresh))
+        number, prey = agent_number(agent), self.team == "prey"
+        return int(_act(script, prey, number, view, self._memory[agent], self._seed, fresh))

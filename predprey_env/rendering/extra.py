@@ -8,7 +8,7 @@ from types import ModuleType
 
 from gymnasium.error import DependencyNotInstalled
 
-_INSTALL = 'pip install "predprey-esp[render]"'
+_INSTALL = 'install predprey-esp with its extra "render"'
 
 
 def require(module: str, purpose: str) -> ModuleType:

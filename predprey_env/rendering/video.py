@@ -12,6 +12,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from predprey_env.actions import brief
 from predprey_env.rendering.extra import require
 
 
@@ -85,6 +86,8 @@ def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
     """The frames; :class:`ValueError` unless there are any, all of one size."""
     shape = None
     for i, frame in enumerate(frames):
+        if not isinstance(frame, np.ndarray):
+            raise ValueError(f'frame {i} must be an array, as render_mode="rgb_array" gives, got {brief(frame)}')
         if frame.dtype != np.uint8 or frame.ndim != 3 or frame.shape[2] != 3 or frame.shape != (shape or frame.shape):
             expected = shape or "(height, width, 3)"
             raise ValueError(f"frame {i} must be uint8 of shape {expected}, got {frame.dtype} of shape {frame.shape}")

@@ -62,6 +62,21 @@ def test_an_edited_rule_is_never_answered_with_yesterdays_machine_code(program) 
     assert not edited.stats.cache_hits
 
 
+def test_a_rule_that_is_called_through_its_module_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "module_rule.py").write_text(
+        "from predprey_env.compilation import rule\n\n@rule\ndef add(a):\n    return a + 1\n"
+    )
+    (tmp_path / "module_entry.py").write_text(
+        "import module_rule\nfrom predprey_env.compilation import entry_point\n\n"
+        "@entry_point\ndef main(a):\n    return module_rule.add(a)\n"
+    )
+    importlib.invalidate_caches()
+    main = _load(tmp_path / "module_entry.py").main
+    assert main(10) == 11
+    assert str(tmp_path / "module_rule.py") in compilation.source_files(main.py_func)
+
+
 def test_an_unchanged_program_is_loaded_from_disk(program) -> None:
     program(1)(10)
     again = program(1)
@@ -171,7 +186,8 @@ def test_compiled_scripts_equal_their_python_source(script: str, n_actions: int,
     for step in range(200):
         seen[random.integers(6)] += random.integers(-1, 2)  # by a step, as what moves is seen to
         actions = [
-            act(player, 2, seen, memory, 5, step == 0) for act, memory in zip((_act, python), memories, strict=True)
+            act(player, True, 2, seen, memory, 5, step == 0)
+            for act, memory in zip((_act, python), memories, strict=True)
         ]
         assert actions[0] == actions[1]
         assert memories[0].tolist() == memories[1].tolist()

@@ -79,7 +79,7 @@ def test_the_turn_based_face_renders_too() -> None:
 @pytest.mark.parametrize("mode", ["human", "rgb_array"])
 def test_without_the_extra_one_line_names_it(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
-    line = rf'^render_mode "{mode}" needs pygame: pip install "predprey-esp\[render\]"$'
+    line = rf'^render_mode "{mode}" needs pygame: install predprey-esp with its extra "render"$'
     with pytest.raises(DependencyNotInstalled, match=line):
         PredPreyEnv(SMALL, mode)
 

@@ -147,7 +147,7 @@ def test_a_file_that_the_encoder_did_not_write_is_an_error(
 
 def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    line = r'^a video needs imageio_ffmpeg: pip install "predprey-esp\[render\]"$'
+    line = r'^a video needs imageio_ffmpeg: install predprey-esp with its extra "render"$'
     with pytest.raises(DependencyNotInstalled, match=line):
         save_video([np.zeros((8, 8, 3), np.uint8)], tmp_path / "chase.gif")
 

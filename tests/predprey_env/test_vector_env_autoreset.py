@@ -72,7 +72,8 @@ def test_without_autoreset_the_caller_starts_worlds_again(
         mask = returned[2] | returned[3]
         if mask.any():
             with pytest.raises(
-                RuntimeError, match=r"^\d+ worlds are over: reset\(\) them, with a reset_mask, before step\(\)$"
+                RuntimeError,
+                match=r"^reset\(\) must be called with a reset_mask for the worlds that are over, got \[\d",
             ):
                 env.step(actions)
             views, infos = env.reset(options={"reset_mask": mask})

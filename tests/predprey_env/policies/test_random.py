@@ -9,8 +9,9 @@ import pytest
 
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.chance import advance, pick, scramble
+from predprey_env.policies.chance import advance, pick
 from predprey_env.policies.names import PREFIXES
+from predprey_env.policies.protocol import first_memory
 
 VIEW = np.ones(4, np.float32)
 N_STEPS = 10_000
@@ -45,7 +46,7 @@ def test_agents_of_a_team_walk_differently() -> None:
 def test_a_walk_is_that_of_its_generator() -> None:
     steps = walk("predators", 77, 3)
     for agent in range(2):
-        state = scramble(77, agent)
+        state = first_memory(77, False, agent, 0)
         for step in range(3):
             assert steps[step, agent] == pick(state, 5)
             state = advance(state)
@@ -110,3 +111,18 @@ def test_an_agent_walks_alike_whoever_else_is_there() -> None:
 def test_predators_that_may_not_idle_never_do() -> None:
     n_actions = EnvConfig(predator_idle=False).n_predator_actions
     assert set(walk("predators", 0, 500, n_actions=n_actions).ravel().tolist()) == {0, 1, 2, 3}
+
+
+def test_the_two_teams_of_an_episode_walk_apart() -> None:
+    """They are reset with the same seed, and their agents have the same numbers."""
+    seen = np.array([3, 4], np.float32)
+    table = np.zeros((4, 4), int)
+    for seed in range(400):
+        teams = [ScriptedTeam("random", team, 4) for team in TEAMS]
+        for team in teams:
+            team.reset(seed)
+        for _ in range(5):
+            both = [team.act({f"{PREFIXES[team.team]}0": seen})[f"{PREFIXES[team.team]}0"] for team in teams]
+            table[both[0], both[1]] += 1
+    expected = table.sum() / 16
+    assert ((table - expected) ** 2 / expected).sum() < 40  # chi-square, 15 degrees of freedom: 1 in 2,000
