@@ -38,6 +38,7 @@ process, taken in turns, warm. `ours` is how many times as fast the project's ow
 Only `team_view()` in SuperSuit and in a loop does the same work, and was checked to. Other games are other work:
 `Target` has no episodes, and its goals stand still; MPE and JaxMARL integrate forces among two obstacles; `pursuit` has
 a small grid with a wall. Agents see 14 to 28 numbers in `Target`, 16 to 20 in tag, 147 in `pursuit`, 4 or 6 here.
+PufferLib's C is compiled with its own flags.
 """
 
 

@@ -84,6 +84,8 @@ def test_an_unknown_kind_of_file_is_refused(tmp_path: Path, name: str) -> None:
 
 
 WRONG = {
+    "nothing was drawn": ([None], r"^frame 0 must be an array, as render_mode=\"rgb_array\" gives, got None$"),
+    "text": (["step 0"], r"^frame 0 must be an array, as render_mode=\"rgb_array\" gives, got 'step 0'$"),
     "no frames": ([], r"^a video needs at least one frame, got none$"),
     "floats": (
         [np.zeros((8, 8, 3))],
