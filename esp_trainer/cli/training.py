@@ -46,7 +46,7 @@ def resume(directory: Path, generations: int | None, threads: int | None, *, qui
 
 def _evaluator(config: RunConfig, threads: int | None) -> Evaluator:
     evaluator = FusedEvaluator(config.env, threads)
-    _say("preparing the compiled kernel (some 10 s the first time, then from the cache) ...")
+    _say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
     handler = signal.signal(signal.SIGINT, _leave)
     try:
         evaluator.compile()

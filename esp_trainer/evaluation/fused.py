@@ -33,7 +33,7 @@ class FusedEvaluator:
         self._pool = ThreadPoolExecutor(self.threads)
 
     def compile(self) -> None:
-        """Get the kernel ready: from the cache in a moment, or by compiling it, which takes some 10 s."""
+        """Get the kernel ready: from the cache in a moment, or by compiling it, which takes some 15 s."""
         nobody = TrialBatch(ScriptedTeams("random"), ScriptedTeams("random"), np.zeros(self._shape(0, 1)))
         self.evaluate(nobody)
 
