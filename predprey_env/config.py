@@ -10,6 +10,7 @@ from predprey_env.settings import Settings
 
 MOVES = ("east", "west", "north", "south", "idle")
 """Actions in index order. Predators have all five, prey the first four (section V)."""
+IDLE = MOVES.index("idle")
 
 TeamName: TypeAlias = Literal["predators", "prey"]
 TEAMS: tuple[TeamName, TeamName] = ("predators", "prey")
@@ -24,6 +25,11 @@ class TeamShape(NamedTuple):
     n_opponents: int
     n_actions: int
     """Of each agent."""
+
+    @property
+    def n_seen(self) -> int:
+        """Length of an observation: an offset (x, y) for each opponent."""
+        return 2 * self.n_opponents
 
 
 class Rules(NamedTuple):

@@ -32,7 +32,7 @@ class OutsideTeam:
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
         self._act_batch: Any = getattr(policy, "act_batch", None)
         self._policies = [policy] if self._act_batch else [copy.deepcopy(policy) for _ in range(n_worlds)]
-        self.views = np.zeros((n_worlds, self._shape.n_agents, 2 * self._shape.n_opponents), np.float32)
+        self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
         """What the team sees: the caller writes it before :meth:`choose`."""
 
     def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:

@@ -11,7 +11,7 @@ from predprey_env.config import EnvConfig, TeamName
 def observation_space(config: EnvConfig, team: TeamName) -> Box:
     """What an agent of a team sees: an offset ``(x, y)`` for each opponent, in cells."""
     low, high = -(config.size // 2), config.size - config.size // 2 - 1
-    return Box(low, high, (2 * config.team(team).n_opponents,), np.float32)
+    return Box(low, high, (config.team(team).n_seen,), np.float32)
 
 
 def action_space(config: EnvConfig, team: TeamName) -> Discrete:

@@ -212,7 +212,7 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _look(self) -> np.ndarray:
         shape = self.config.team(self.team)
-        views = np.empty((self.n_worlds, shape.n_agents, 2 * shape.n_opponents), np.float32)
+        views = np.empty((self.n_worlds, shape.n_agents, shape.n_seen), np.float32)
         look(self._worlds, self._rows, self._rules, self._scratch, views)
         return views.reshape(self.num_envs, -1)
 

@@ -11,15 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from predprey_env.compilation import entry_point, rule
-from predprey_env.config import EnvConfig, Rules, TeamName
+from predprey_env.config import IDLE, EnvConfig, Rules, TeamName
 from predprey_env.dynamics import World, count_alive, is_over, predators_turn, prey_turn, step
 from predprey_env.fitness import fitness
 from predprey_env.lanes import LANES, lane_zeros, load, store, where
 from predprey_env.observation import observe
 from predprey_env.policies.protocol import MEMORY, choose, first_memory
-
-STILL = 4
-"""The action of who does not move."""
 
 
 class Team(NamedTuple):
@@ -154,7 +151,7 @@ def _choose(worlds: Worlds, block: int, opponents: Team, player: Any, rules: Rul
     for agent in range(opponents.n_agents):
         observe(_world(worlds, block), opponents.first + agent, rules, scratch.seen, 0)
         action = choose(player, agent, scratch.seen, kept, agent * MEMORY)
-        store(worlds.actions[block], opponents.first + agent, where(over, STILL, action))
+        store(worlds.actions[block], opponents.first + agent, where(over, IDLE, action))
     for row in range(opponents.n_agents * MEMORY):
         store(kept, row, where(over, load(scratch.kept, row), load(kept, row)))
 

@@ -87,6 +87,7 @@ def test_ppo_trains_one_iteration(way: str) -> None:
 def test_supersuit_passes_on_what_the_world_pays(mode: str) -> None:
     """The reward of a step is the change in fitness between its infos; those of an end give way to the next start's."""
     env = through_supersuit(mode, 0)
+    env.action_space.seed(0)
     env.reset()
     fitness = np.array([info["fitness"] for info in env.reset_infos])
     paid = 0
@@ -126,11 +127,11 @@ def test_the_adapter_tells_where_an_episode_was_cut_off() -> None:
     """PPO takes the value of the terminal observation for what was cut off, and nothing for what ended."""
     config = {**SMALL, "size": 4, "max_cycles": 5}
     adapter, plain = (vector_env(4, "prey", "surround", "SameStep", **config) for _ in range(2))
-    env, ends = SB3VecEnv(adapter), {"terminated": 0, "truncated": 0}
+    env, ends, drawn = SB3VecEnv(adapter), {"terminated": 0, "truncated": 0}, np.random.default_rng(0)
     env.seed(3)
     assert env.reset().tolist() == plain.reset(seed=3)[0].tolist()
-    for _ in range(60):
-        actions = np.array([env.action_space.sample() for _ in range(env.num_envs)])
+    for _ in range(100):
+        actions = drawn.integers(0, 4, env.num_envs)
         views, rewards, dones, infos = env.step(actions)
         seen, paid, terminated, truncated, told = plain.step(actions)
         assert views.tolist() == seen.tolist()
