@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
+from predprey_env.actions import brief
 from predprey_env.vector_env import PredPreyVectorEnv
 
 
@@ -60,12 +61,16 @@ class SB3VecEnv(VecEnv):
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refused: the rows share one environment."""
-        raise NotImplementedError(f"{attr_name} cannot be set for rows of a vector env, which share one environment")
+        """Set the environment's attribute; :class:`ValueError` unless for all rows, as they share it."""
+        self._all_rows(indices)
+        setattr(self.env, attr_name, value)
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Refused: the rows share one environment."""
-        raise NotImplementedError(f"{method_name} cannot be called for rows of a vector env; call it on .env")
+        """Call the environment's method once, and give its result for each row; :class:`ValueError` unless for all
+        rows, as they share it.
+        """
+        rows = self._all_rows(indices)
+        return [getattr(self.env, method_name)(*method_args, **method_kwargs)] * len(rows)
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:  # noqa: ARG002
         """No row is."""
@@ -74,3 +79,11 @@ class SB3VecEnv(VecEnv):
     def get_images(self) -> Sequence[np.ndarray | None]:
         """There are none."""
         return [None] * self.num_envs
+
+    def _all_rows(self, indices: Any) -> list[int]:
+        rows = list(self._get_indices(indices))
+        if sorted(rows) != list(range(self.num_envs)):
+            raise ValueError(
+                f"indices must be all {self.num_envs} rows, which share one environment, got {brief(rows)}"
+            )
+        return rows

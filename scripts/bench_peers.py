@@ -12,9 +12,7 @@ anything is timed, each is seen to end episodes and to catch. It takes some minu
 
 from __future__ import annotations
 
-import argparse
 import os
-import sys
 
 # Before NumPy and JAX are imported: they would use as many threads as there are cores.
 os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
@@ -23,7 +21,7 @@ os.environ["JAX_PLATFORMS"] = "cpu"
 
 from bench import peers_batched, peers_parallel, peers_vectorised
 from bench.contenders import FULL, QUICK
-from bench.report import machine, table
+from bench.page import Page, measure_and_print
 
 SECTIONS = {"batched": peers_batched.rows, "parallel": peers_parallel.rows, "vectorised": peers_vectorised.rows}
 PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "jax", "jaxmarl", "pufferlib")
@@ -42,26 +40,9 @@ PufferLib's C is compiled with its own flags.
 """
 
 
-def main() -> None:
-    """Measure, and print the table."""
-    parser = argparse.ArgumentParser(description="Measure the environment beside those that others wrote.")
-    parser.add_argument("--quick", action="store_true", help="only see that everything runs")
-    parser.add_argument("--only", choices=SECTIONS, nargs="+", default=list(SECTIONS), help="parts of the table")
-    options = parser.parse_args()
-    scale = QUICK if options.quick else FULL
-
-    rows = []
-    for name in options.only:
-        print(f"measuring {name} ...", file=sys.stderr, flush=True)
-        rows += SECTIONS[name](scale)
-    print("# Beside others\n")
-    print(f"Written by `scripts/bench_peers.py`. {machine(PACKAGES)}.\n")
-    if options.quick:
-        print("A smoke run: the work is too small for its figures to mean anything, so nothing is judged.\n")
-        rows = [row._replace(met=None) for row in rows]
-    print(*(paragraph.replace("\n", " ").strip() + "\n" for paragraph in ABOUT.split("\n\n")), sep="\n")
-    print(table(rows))
-
+PAGE = Page(
+    "Beside others", "bench_peers.py", "Measure the environment beside those that others wrote.", ABOUT, PACKAGES
+)
 
 if __name__ == "__main__":
-    main()
+    measure_and_print(PAGE, SECTIONS, FULL, QUICK)

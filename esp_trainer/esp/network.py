@@ -101,11 +101,12 @@ class Networks(NamedTuple):
 
 
 @rule
-def _play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - it needs no memory
+def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - it needs no memory
+    """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
     controller = networks.controller
     n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
     first = agent * controller.n_networks * controller.n_hidden * n_genes
     return decide(controller, networks.weights, first, seen, networks.inputs, networks.votes)
 
 
-choose.register(Networks, _play)
+choose.register(Networks, play)

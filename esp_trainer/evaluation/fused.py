@@ -90,7 +90,8 @@ def _cores() -> int:
 
 def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
     """One side of a batch in the layout that the kernel was compiled for."""
-    n_agents, n_opponents, n_actions = env.team(role)
+    shape = env.team(role)
+    n_agents, n_opponents, n_actions = shape
     if not isinstance(teams, EvolvedTeams):
         blank = (np.float32(0.0),) * n_actions
         nobody = Controller(0, 2, 0, blank, False, False, False, np.float32(1.0), np.zeros((1, 2), np.int64))
@@ -102,8 +103,8 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
             f"teams must have {n_trials} trials, {n_agents} agents and {n_actions} actions, "
             f"got {teams.indices.shape[0]}, {teams.indices.shape[1]} and {len(teams.controller.blank)}"
         )
-    if teams.controller.wiring.max() >= 2 * n_opponents:
-        raise ValueError(f"networks must read entries below {2 * n_opponents}, got {teams.controller.wiring.max()}")
+    if teams.controller.wiring.max() >= shape.n_seen:
+        raise ValueError(f"networks must read entries below {shape.n_seen}, got {teams.controller.wiring.max()}")
     n_candidates = teams.genomes.shape[3]
     if teams.indices.size and not 0 <= teams.indices.min() <= teams.indices.max() < n_candidates:
         raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")

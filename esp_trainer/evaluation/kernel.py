@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from esp_trainer.esp.network import decide
+from esp_trainer.esp.network import Networks, play
 from esp_trainer.types import Controller
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import Rules
@@ -109,10 +109,12 @@ def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
                 row += side.genomes.shape[4]
 
 
-@rule
 def script_seed(trial: int, episode: int, n_episodes: int) -> int:
     """What a scripted team is reset with in an episode of a batch."""
     return trial * n_episodes + episode
+
+
+_script_seed = rule(script_seed)
 
 
 @rule
@@ -124,7 +126,7 @@ def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome)
         memory.world.x[agent, lane] = starts[trial, episode, agent, 0]
         memory.world.y[agent, lane] = starts[trial, episode, agent, 1]
         prey = agent >= n_predators
-        number, seed = agent - n_predators * prey, script_seed(trial, episode, starts.shape[1])
+        number, seed = agent - n_predators * prey, _script_seed(trial, episode, starts.shape[1])
         for row in range(MEMORY):
             memory.kept[agent * MEMORY + row, lane] = first_memory(seed, prey, number, row)
     for prey in range(len(memory.world.alive)):
@@ -154,8 +156,8 @@ def _choose(side: Side, weights: Any, agent: int, kept: int, memory: Memory) -> 
     """The action of one agent of a side, from what it sees; what it remembers is kept from row ``kept`` on."""
     if side.script.number != 0:
         return follow(side.script, agent, memory.seen, memory.kept, kept)
-    at = agent * (len(weights) // side.indices.shape[1])
-    return decide(side.controller, weights, at, memory.seen, memory.inputs, memory.votes)
+    networks = Networks(side.controller, weights, memory.inputs, memory.votes)
+    return play(networks, agent, memory.seen, memory.kept, kept)
 
 
 @rule

@@ -14,6 +14,7 @@ from pettingzoo import ParallelEnv
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import Team, pick
+from esp_trainer.evaluation.kernel import script_seed
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, Teams, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
@@ -69,7 +70,7 @@ class ReferenceEvaluator:
         for trial in range(n_trials):
             policies = {role: self._policy(role, getattr(batch, role), trial) for role in ROLES}
             for episode in range(n_episodes):
-                seed = trial * n_episodes + episode  # of scripts, as in the kernel
+                seed = script_seed(trial, episode, n_episodes)
                 steps_of_episode = self.play(policies, batch.starts[trial, episode], seed)
                 for call, (rewards, infos) in enumerate(steps_of_episode, start=1):
                     result.fitness[trial, episode] += [rewards.get(agent, 0.0) for agent in everybody]

@@ -1,1 +1,1 @@
-"""What ``bench_throughput.py`` measures: the alternatives, the workload, and how figures become a table."""
+"""What ``bench_throughput.py`` and ``bench_peers.py`` measure, and how figures become a table."""

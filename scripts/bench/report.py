@@ -9,8 +9,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
 
-PACKAGES = ("numpy", "numba", "pettingzoo")
-
 
 class Row(NamedTuple):
     """A line of the table."""
@@ -36,7 +34,7 @@ def table(rows: Iterable[Row]) -> str:
     return "\n".join(lines)
 
 
-def machine(packages: Iterable[str] = PACKAGES) -> str:
+def machine(packages: Iterable[str]) -> str:
     """Processor and versions, without anything that names this machine."""
     versions = ", ".join(f"{package} {_version(package)}" for package in packages)
     return (

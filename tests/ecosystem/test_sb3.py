@@ -151,6 +151,20 @@ def test_the_adapter_needs_worlds_that_start_again_at_once() -> None:
         SB3VecEnv(vector_env(2, "prey", "surround"))
 
 
+def test_the_rows_of_the_adapter_share_one_environment() -> None:
+    env = SB3VecEnv(vector_env(2, "predators", "random", autoreset_mode="SameStep", **SMALL))
+    assert env.get_attr("n_worlds", indices=[0, 4]) == [2, 2]
+    assert env.has_attr("n_worlds")
+    assert not env.has_attr("wolves")
+    env.set_attr("note", "kept")
+    assert env.env.note == "kept"
+    assert env.env_method("close") == [None] * env.num_envs
+    for call in (lambda: env.set_attr("note", "lost", indices=[0]), lambda: env.env_method("close", indices=[0])):
+        with pytest.raises(ValueError, match=r"^indices must be all 6 rows, which share one environment, got \[0\]$"):
+            call()
+    assert env.env.note == "kept"
+
+
 def test_the_readmes_snippet_trains(snippet: dict[str, Any]) -> None:
     env, model = snippet["env"], snippet["model"]
     assert env.num_envs == 64 * 3  # predators

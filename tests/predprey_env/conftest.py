@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from predprey_env import EnvConfig, PredPreyEnv, TeamView
+from predprey_env import EnvConfig, PredPreyEnv, PredPreyVectorEnv, TeamView
 from predprey_env.dynamics import World
 
 if TYPE_CHECKING:
@@ -187,3 +187,19 @@ def singles() -> Callable[..., Singles]:
         return Singles([TeamView(PredPreyEnv(config), team, opponent()) for _ in range(n_worlds)], mode)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def same_future() -> Callable[..., bool]:
+    """``same_future(env, twin, n_steps=20)``: whether two vector environments of six rows play on alike, through many
+    ends and starts and a reset.
+    """
+
+    def compare(env: PredPreyVectorEnv, twin: PredPreyVectorEnv, n_steps: int = 20) -> bool:
+        records = []
+        for each in (env, twin):
+            returned = [each.step(np.full(6, step % 4)) for step in range(n_steps)]
+            records.append([repr(step) for step in [*returned, each.reset()]])
+        return records[0] == records[1]
+
+    return compare
