@@ -17,8 +17,10 @@ class SideConfig(Settings):
     policy: Literal["esp", PredatorScript, PreyScript] = "esp"
     """`esp` evolves the side; predators or prey may instead follow one of their scripts."""
 
-    controller: Literal["split", "monolithic"] = "split"
-    """One network for each opponent, outputs summed per action (section VI), or one network that sees all of them."""
+    controller: Literal["split", "monolithic", "combiner", "double", "pairs", "central"] = "split"
+    """One network for each opponent, outputs summed per action (section VI); one network that sees all of them; one for
+    each and a further network that reads their outputs and decides (section VIII); two for each; one for each pair; or
+    one network that sees what the whole team sees and steers all of it (Yong & Miikkulainen, section III)."""
 
     n_hidden: int = Field(default=10, ge=1)
     """Hidden neurons of each network (section V)."""
@@ -55,6 +57,11 @@ class EspConfig(Settings):
     """Whom a trial's team meets: the other side's team of the same trial, so that the same episodes score both; the
     other side's last champion; a champion drawn from its hall of fame; or, half the time each, a drawn team or a
     champion. The first generation, without champions yet, is sampled together; against a script this does nothing."""
+
+    fitness_sharing: bool = False
+    """Competitive fitness sharing (Rosin & Belew 1997): what a team earns counts as its share of all that was earned
+    against the same opponents, so that beating one that few beat is worth more. Here opponents are known by their
+    neurons, as teams of the same trial are met only once."""
 
     elite_share: float = Field(default=0.25, gt=0, le=1 / 3)
     """Share of each subpopulation that breeds; its children, two a pair, replace the worst."""

@@ -28,9 +28,32 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         "the same with three times the hidden neurons; the paper saw no improvement (section VI.A)",
         RunConfig(env=_ONE_PREY, predators=_MONOLITHIC, prey=SideConfig(controller="monolithic", n_hidden=30)),
     ),
+    "matched-3v2": (
+        "monolithic networks with as many genes as the split ones of paper-3v2",
+        RunConfig(
+            predators=SideConfig(controller="monolithic", n_hidden=16),  # 16 x (4 + 5) genes for 2 x 10 x (2 + 5)
+            prey=SideConfig(controller="monolithic", n_hidden=18),  # 18 x (6 + 4) for 3 x 10 x (2 + 4)
+        ),
+    ),
+    "matched-3v1": (
+        "a single prey whose one network has as many genes as its three in paper-3v1",
+        RunConfig(env=_ONE_PREY, prey=SideConfig(controller="monolithic", n_hidden=18)),
+    ),
+    "combiner-3v2": (
+        "split networks whose outputs a further network combines (section VIII)",
+        RunConfig(predators=SideConfig(controller="combiner"), prey=SideConfig(controller="combiner")),
+    ),
+    "combiner-3v1": (
+        "the same for a single prey",
+        RunConfig(env=_ONE_PREY, predators=_MONOLITHIC, prey=SideConfig(controller="combiner")),
+    ),
     "fleeing-prey": (
         "predators evolve against the fixed prey of Yong & Miikkulainen, which runs from the nearest",
         RunConfig(env=_ONE_PREY, prey=SideConfig(policy="flee_nearest")),
+    ),
+    "fleeing-prey-central": (
+        "the same with one network for the whole team, which Yong & Miikkulainen found slower (section III)",
+        RunConfig(env=_ONE_PREY, predators=SideConfig(controller="central"), prey=SideConfig(policy="flee_nearest")),
     ),
     "smoke": (
         "everything, small: seconds to see that it works",

@@ -15,7 +15,7 @@ ROLES = TEAMS
 Genomes: TypeAlias = np.ndarray
 """float32 ``(n_agents, n_networks, n_hidden, n_candidates, n_genes)``: for each hidden neuron of each network of each
 agent, a subpopulation of candidate neurons. A gene string is the neuron's input weights, its bias if there is one, and
-its output weights (section V)."""
+its output weights (section V). A central controller counts as one agent."""
 
 Indices: TypeAlias = np.ndarray
 """int64 ``(n_trials, n_agents, n_networks, n_hidden)``: which candidate each hidden neuron of each trial's team is."""
@@ -28,8 +28,9 @@ class Controller(NamedTuple):
     """How an agent's networks turn what it sees into an action: plain numbers, as compiled code reads them."""
 
     n_networks: int
+    """Networks that read the observation."""
     n_inputs: int
-    """Inputs of each network, without the bias."""
+    """Inputs of each of them, without the bias."""
     n_hidden: int
     blank: tuple[np.float32, ...]
     """As many zeros as there are actions; compiled code takes the number from the type."""
@@ -39,18 +40,41 @@ class Controller(NamedTuple):
     """Whether a network whose inputs are all zero (its opponent is caught) has no vote."""
     input_scale: np.float32
     """Factor on the observation, in 1/cells."""
+    combines: bool
+    """Whether one more network, the combiner, reads the outputs of the others and decides; else they are summed."""
+    n_together: int
+    """Agents that one set of networks steers: 1, or the whole team of a central controller. It reads their views one
+    after the other, and its neurons have output weights for each of them."""
+    n_genes: int
+    """Length of a gene string in the genome; those of networks that need fewer are filled up with zeros."""
     wiring: np.ndarray
     """int64 ``(n_networks, n_inputs)``: which entries of the observation each network reads."""
 
     @property
-    def n_genes(self) -> int:
-        """Genes of one hidden neuron."""
-        return self.n_inputs + int(self.bias) + len(self.blank)
+    def fan_in(self) -> tuple[int, ...]:
+        """Inputs of each network of the genome, without the bias; the combiner comes last."""
+        combiner = (self.n_networks * len(self.blank),) if self.combines else ()
+        return (self.n_inputs,) * self.n_networks + combiner
+
+    @property
+    def used_genes(self) -> tuple[int, ...]:
+        """For each network of the genome, how many genes of a neuron it reads."""
+        return tuple(n + int(self.bias) + self.n_together * len(self.blank) for n in self.fan_in)
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Shape of one agent's genome: ``(n_networks, n_hidden, n_genes)``."""
-        return self.n_networks, self.n_hidden, self.n_genes
+        """Shape of one genome: ``(n_networks, n_hidden, n_genes)``, the combiner counted."""
+        return len(self.fan_in), self.n_hidden, self.n_genes
+
+    @property
+    def n_seen(self) -> int:
+        """Length of one agent's observation, of which all is read."""
+        return (int(self.wiring.max()) + 1) // self.n_together
+
+    @property
+    def n_votes(self) -> int:
+        """Rows that compiled code needs for outputs."""
+        return len(self.blank) * (self.n_networks if self.combines else 1)
 
 
 @dataclass(frozen=True)
@@ -68,8 +92,20 @@ class ScriptedTeams:
 
     script: str
 
+    def as_teams(self, n_trials: int) -> ScriptedTeams:  # noqa: ARG002 - it is the same in any number of them
+        """The script in every trial of a batch."""
+        return self
+
 
 Teams: TypeAlias = EvolvedTeams | ScriptedTeams
+
+
+class Fixed(Protocol):
+    """A side that does not evolve: a script, or a team that did once."""
+
+    def as_teams(self, n_trials: int) -> Teams:
+        """It in every trial of a batch."""
+        ...
 
 
 @dataclass(frozen=True)

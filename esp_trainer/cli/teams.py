@@ -15,7 +15,7 @@ from esp_trainer.evaluation.match import Player, match
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate
-from esp_trainer.types import ROLES, Role, ScriptedTeams
+from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 from predprey_env.policies.scripted import NUMBERS
@@ -44,10 +44,11 @@ def show(path: str) -> int:
     controller, origin = team.controller, team.provenance
     print(f"{path}: {team.n_agents} {team.role}")
     print(
-        f"  networks    {controller.n_networks} an agent ({team.side.controller}), "
-        f"{controller.n_inputs}-{controller.n_hidden}-{len(controller.blank)}, {team.side.output} outputs"
+        f"  networks    {len(controller.fan_in)} {'in all' if controller.n_together > 1 else 'an agent'} "
+        f"({team.side.controller}), {_shapes(controller)}, {team.side.output} outputs"
     )
-    print(f"  genes       {team.genomes.size}, from {team.genomes.min():.2f} to {team.genomes.max():.2f}")
+    n_genes = len(team.genomes) * controller.n_hidden * sum(controller.used_genes)
+    print(f"  genes       {n_genes}, from {team.genomes.min():.2f} to {team.genomes.max():.2f}")
     if "preset" in origin:
         print(f"  from        {origin['preset']}, seed {origin.get('seed')}, generation {origin.get('generation')}")
     changed = _changes(origin)
@@ -62,6 +63,11 @@ def show(path: str) -> int:
         caught = Rate(**origin["held_out"]["caught"])
         print(f"  held out    {caught} of the prey caught, champion against champion")
     return 0
+
+
+def _shapes(controller: Controller) -> str:
+    outputs = len(controller.blank) * controller.n_together
+    return " and ".join(f"{fan_in}-{controller.n_hidden}-{outputs}" for fan_in in dict.fromkeys(controller.fan_in))
 
 
 def _changes(origin: Mapping[str, Any]) -> list[str]:

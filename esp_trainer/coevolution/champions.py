@@ -19,8 +19,8 @@ from esp_trainer.types import (
     Evaluator,
     EvolvedTeams,
     Fitness,
+    Fixed,
     Role,
-    ScriptedTeams,
     Teams,
     TrialBatch,
 )
@@ -60,7 +60,7 @@ def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contender
 
 
 def choose_champions(
-    contenders: Mapping[Role, Contenders | ScriptedTeams],
+    contenders: Mapping[Role, Contenders | Fixed],
     config: ChampionConfig,
     evaluator: Evaluator,
     generator: np.random.Generator,
@@ -72,7 +72,7 @@ def choose_champions(
     counts = [len(side.scores) if isinstance(side, Contenders) else 1 for side in (contenders[r] for r in ROLES)]
     which = dict(zip(ROLES, np.indices(counts).reshape(2, -1), strict=True))
     teams: dict[Role, Teams] = {role: _meet(contenders[role], which[role]) for role in ROLES}
-    # Against a script, which is one opponent, as many episodes as against the other side's contenders.
+    # Against a fixed team, which is one opponent, as many episodes as against the other side's contenders.
     n_episodes = config.n_episodes * (1 if len(evolving) == len(ROLES) else config.n_candidates)
     starts = evaluator.starts.draw(generator, len(which["prey"]), n_episodes)
     result = evaluator.evaluate(TrialBatch(teams["predators"], teams["prey"], starts))
@@ -85,8 +85,8 @@ def choose_champions(
     return champions
 
 
-def _meet(side: Contenders | ScriptedTeams, which: np.ndarray) -> Teams:
-    if isinstance(side, ScriptedTeams):
-        return side
+def _meet(side: Contenders | Fixed, which: np.ndarray) -> Teams:
+    if not isinstance(side, Contenders):
+        return side.as_teams(len(which))
     indices = np.broadcast_to(which[:, None, None, None], (len(which), *side.genomes.shape[1:4]))
     return EvolvedTeams(side.controller, as_candidates(side.genomes), indices)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.coevolution.opponents import OPPONENTS
+from esp_trainer.coevolution.sharing import share
 from esp_trainer.coevolution.sides import EvolvingSide, Side
 from esp_trainer.config import RunConfig
 from esp_trainer.seeding import stream
@@ -18,12 +20,14 @@ from esp_trainer.types import (
     Evaluator,
     EvolvedTeams,
     Fitness,
+    Fixed,
     Role,
-    ScriptedTeams,
     Teams,
     TrialBatch,
     TrialResult,
 )
+
+_OTHER: dict[Role, Role] = {"predators": "prey", "prey": "predators"}
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,8 @@ class Trials:
     """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
     caught: float
     """Share of prey caught."""
+    opponents: Teams
+    """Whom they met."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ class Generation:
     trials: dict[Role, Trials]
     champions: dict[Role, Champion]
     held_out: Captures
-    """Champion against champion, or against the script, from the held-out starts."""
+    """Champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
     """Wall time by phase."""
 
@@ -64,6 +70,11 @@ class Coevolution:
         """The sides that evolve."""
         return {role: side for role, side in self.sides.items() if isinstance(side, EvolvingSide)}
 
+    @property
+    def fixed(self) -> dict[Role, Fixed]:
+        """The side that does not, if there is one."""
+        return {role: side for role, side in self.sides.items() if not isinstance(side, EvolvingSide)}
+
     def step(self, number: int) -> Generation:
         """Play, score, choose champions and breed."""
         begun = perf_counter()
@@ -77,7 +88,7 @@ class Coevolution:
         chosen = perf_counter()
         for role, side in self.evolving.items():
             breeding = self._stream(f"{role} breeding", number)
-            side.subpopulations.tell(trials[role].fitness, side.hall_of_fame.champions, breeding)
+            side.subpopulations.tell(self._earned(trials[role]), side.hall_of_fame.champions, breeding)
             side.hall_of_fame.add(champions[role].genomes)
             self._burst_if_stagnant(side, champions[role], breeding)
         bred = perf_counter()
@@ -99,30 +110,34 @@ class Coevolution:
         starts = self.evaluator.starts.draw(self._stream("starts", number), esp.n_trials, esp.n_episodes)
         meets_champions = esp.pairing != "cosample" and number > 0 and len(asked) == len(ROLES)
         if not meets_champions:
-            result = self.evaluator.evaluate(self._batch({**self._scripts(), **asked}, starts))
-            return {role: self._trials(result, role) for role in asked}
+            both = self._with_fixed(asked, esp.n_trials)
+            result = self.evaluator.evaluate(self._batch(both, starts))
+            return {role: self._trials(result, role, both[_OTHER[role]]) for role in asked}
         trials: dict[Role, Trials] = {}
         for role, teams in asked.items():
-            other: Role = "prey" if role == "predators" else "predators"
+            other = _OTHER[role]
             side = self.evolving[other]
             draw = self._stream(f"{role} opponents", number)
             opponents = OPPONENTS[esp.pairing](side.subpopulations, side.hall_of_fame, esp.n_trials, draw)
             result = self.evaluator.evaluate(self._batch({role: teams, other: opponents}, starts))
-            trials[role] = self._trials(result, role)
+            trials[role] = self._trials(result, role, opponents)
         return trials
 
-    def _scripts(self) -> dict[Role, ScriptedTeams]:
-        return {role: side for role, side in self.sides.items() if isinstance(side, ScriptedTeams)}
+    def _with_fixed(self, evolved: Mapping[Role, Teams], n_trials: int) -> dict[Role, Teams]:
+        return {**{role: side.as_teams(n_trials) for role, side in self.fixed.items()}, **evolved}
 
     def _batch(self, teams: dict[Role, Teams], starts: np.ndarray) -> TrialBatch:
         return TrialBatch(teams["predators"], teams["prey"], starts)
 
-    def _trials(self, result: TrialResult, role: Role) -> Trials:
-        return Trials(result.fitness_of(role).mean(axis=1), float(result.captured.mean()))
+    def _trials(self, result: TrialResult, role: Role, opponents: Teams) -> Trials:
+        return Trials(result.fitness_of(role).mean(axis=1), float(result.captured.mean()), opponents)
+
+    def _earned(self, trials: Trials) -> Fitness:
+        return share(trials.fitness, trials.opponents) if self.config.esp.fitness_sharing else trials.fitness
 
     def _choose(self, asked: dict[Role, EvolvedTeams], trials: dict[Role, Trials], number: int) -> dict[Role, Champion]:
         settings = self.config.champion
-        contenders: dict[Role, Contenders | ScriptedTeams] = {**self._scripts()}
+        contenders: dict[Role, Contenders | Fixed] = {**self.fixed}
         for role, teams in asked.items():
             contenders[role] = best_teams(teams, trials[role].fitness, settings.n_candidates)
         return choose_champions(contenders, settings, self.evaluator, self._stream("champions", number))
@@ -137,6 +152,6 @@ class Coevolution:
 
     def _measure(self, champions: dict[Role, Champion]) -> Captures:
         n = len(self._held_out)
-        teams: dict[Role, Teams] = {**self._scripts(), **{role: c.as_teams(n) for role, c in champions.items()}}
+        teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
         result = self.evaluator.evaluate(self._batch(teams, self._held_out))
         return count_captures(result, self._even, self.config.env.n_predators)

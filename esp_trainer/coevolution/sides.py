@@ -1,4 +1,4 @@
-"""The two sides of a run: one that evolves, or one that follows a script."""
+"""The two sides of a run: one that evolves, or one that is fixed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.seeding import stream
-from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
+from esp_trainer.types import ROLES, Controller, Fixed, Role, ScriptedTeams
 
 
 @dataclass
@@ -27,7 +27,7 @@ class EvolvingSide:
     """Generations since then."""
 
 
-Side: TypeAlias = EvolvingSide | ScriptedTeams
+Side: TypeAlias = EvolvingSide | Fixed
 
 
 def side_config(config: RunConfig, role: Role) -> SideConfig:
@@ -37,8 +37,8 @@ def side_config(config: RunConfig, role: Role) -> SideConfig:
 
 def side_controller(config: RunConfig, role: Role) -> Controller:
     """The networks of one side's agents."""
-    settings, side = side_config(config, role), config.env.team(role)
-    return make_controller(settings, offset_wiring(settings, side.n_opponents), side.n_actions)
+    settings, (n_agents, n_opponents, n_actions) = side_config(config, role), config.env.team(role)
+    return make_controller(settings, offset_wiring(settings, n_opponents, n_agents), n_actions, n_agents)
 
 
 def new_sides(config: RunConfig) -> dict[Role, Side]:
@@ -54,4 +54,4 @@ def _new_side(config: RunConfig, role: Role) -> Side:
     n_agents = config.env.team(role).n_agents
     generator = stream(config.seed, f"initial {role}")
     population = Subpopulations.random(config.esp, controller, n_agents, generator)
-    return EvolvingSide(population, HallOfFame(np.empty((0, n_agents, *controller.shape), np.float32)))
+    return EvolvingSide(population, HallOfFame(np.empty((0, len(population.genomes), *controller.shape), np.float32)))

@@ -38,23 +38,26 @@ def logistic(z: Any) -> Any:
 
 
 @rule
-def add_votes(controller: Controller, weights: Any, at: int, inputs: Any, votes: Any) -> None:
-    """One network's outputs, added to the votes for each action.
+def add_votes(
+    controller: Controller, weights: Any, at: int, inputs: Any, n_inputs: int, member: int, votes: Any, row: int
+) -> None:
+    """One network's outputs, added to the votes for each action, which are kept from ``row`` on.
 
-    ``weights`` holds the gene strings of its hidden neurons one after the other from row ``at`` on.
+    ``weights`` holds the gene strings of its hidden neurons one after the other from row ``at`` on; of their output
+    weights those for a ``member`` of the team are used.
     """
-    fan_in = controller.n_inputs + (1 if controller.bias else 0)
-    n_genes = fan_in + len(controller.blank)
+    fan_in = n_inputs + (1 if controller.bias else 0)
+    head = fan_in + member * len(controller.blank)
     outputs = zeros(weights, controller.blank)
     for _ in range(controller.n_hidden):
         z = fma(load(weights, at + 1), load(inputs, 1), load(weights, at) * load(inputs, 0))
         for i in range(2, fan_in):
             z = fma(load(weights, at + i), load(inputs, i), z)
-        outputs = add_products(outputs, weights, at + fan_in, logistic(z))
-        at += n_genes
+        outputs = add_products(outputs, weights, at + head, logistic(z))
+        at += controller.n_genes
     speaks = load(inputs, 0) != ZERO
     if controller.skip_silent:
-        for i in range(1, controller.n_inputs):
+        for i in range(1, n_inputs):
             speaks = speaks | (load(inputs, i) != ZERO)
     for action in range(len(outputs)):
         output = outputs[action]
@@ -62,26 +65,40 @@ def add_votes(controller: Controller, weights: Any, at: int, inputs: Any, votes:
             output = logistic(output)
         if controller.skip_silent:
             output = where(speaks, output, ZERO)
-        store(votes, action, load(votes, action) + output)
+        store(votes, row + action, load(votes, row + action) + output)
 
 
 @rule
-def decide(controller: Controller, weights: Any, at: int, seen: Any, inputs: Any, votes: Any) -> Any:
-    """An agent's action: its networks' outputs are summed per action and the largest sum wins (section VI, figure 3);
-    of equal ones the lowest index.
-
-    ``weights`` holds the agent's networks one after the other from row ``at`` on; ``inputs`` and ``votes`` are scratch
-    of at least ``n_inputs + 1`` and ``n_outputs`` rows.
+def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, inputs: Any, votes: Any) -> None:
+    """All networks' votes for each action, to the first rows of ``votes``: the sums of their outputs (section VI,
+    figure 3), or what the combiner makes of them (section VIII).
     """
-    n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
-    for action in range(len(controller.blank)):
-        store(votes, action, ZERO)
-    for network in range(controller.n_networks):
-        for i in range(controller.n_inputs):
-            store(inputs, i, load(seen, controller.wiring[network, i]) * controller.input_scale)
-        store(inputs, controller.n_inputs, ONE)
-        add_votes(controller, weights, at, inputs, votes)
-        at += controller.n_hidden * n_genes
+    n_actions = len(controller.blank)
+    for network in range(controller.n_networks + (1 if controller.combines else 0)):
+        combiner = network == controller.n_networks
+        n_inputs = controller.n_networks * n_actions if combiner else controller.n_inputs
+        for i in range(n_inputs):
+            if combiner:
+                store(inputs, i, load(votes, i))
+            else:
+                store(inputs, i, load(seen, controller.wiring[network, i]) * controller.input_scale)
+        store(inputs, n_inputs, ONE)
+        row = network * n_actions if controller.combines and not combiner else 0
+        if network == 0 or controller.combines:
+            for action in range(n_actions):
+                store(votes, row + action, ZERO)
+        add_votes(controller, weights, at, inputs, n_inputs, member, votes, row)
+        at += controller.n_hidden * controller.n_genes
+
+
+@rule
+def decide(controller: Controller, weights: Any, at: int, member: int, seen: Any, inputs: Any, votes: Any) -> Any:
+    """An agent's action: the one with the most votes; of equal ones the lowest index.
+
+    ``weights`` holds the networks one after the other from row ``at`` on; ``member`` is which of the agents that they
+    steer together decides; ``inputs`` and ``votes`` are scratch of at least ``max(fan_in) + 1`` and ``n_votes`` rows.
+    """
+    vote(controller, weights, at, member, seen, inputs, votes)
     more = load(votes, 1) > load(votes, 0)
     most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
     for action in range(2, len(controller.blank)):
@@ -102,11 +119,15 @@ class Networks(NamedTuple):
 
 @rule
 def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - it needs no memory
-    """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
+    """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`.
+
+    To a central controller ``seen`` holds what every agent sees, one after the other.
+    """
     controller = networks.controller
-    n_genes = controller.n_inputs + (1 if controller.bias else 0) + len(controller.blank)
-    first = agent * controller.n_networks * controller.n_hidden * n_genes
-    return decide(controller, networks.weights, first, seen, networks.inputs, networks.votes)
+    genome, member = agent // controller.n_together, agent % controller.n_together
+    n_networks = controller.n_networks + (1 if controller.combines else 0)
+    first = genome * n_networks * controller.n_hidden * controller.n_genes
+    return decide(controller, networks.weights, first, member, seen, networks.inputs, networks.votes)
 
 
 choose.register(Networks, play)

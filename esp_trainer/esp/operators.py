@@ -44,13 +44,16 @@ def draw_mates(
     return generator.integers(0, np.arange(n_elite) + 1, shape)
 
 
-def one_point_crossover(generator: np.random.Generator, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def one_point_crossover(
+    generator: np.random.Generator, first: np.ndarray, second: np.ndarray, used: np.ndarray
+) -> np.ndarray:
     """Both children of each pair of gene strings, cut at one random place that leaves each parent a gene.
 
-    Takes two arrays ``(S, n_pairs, G)`` and returns ``(S, 2 * n_pairs, G)``, the children of a pair side by side.
+    Takes two arrays ``(S, n_pairs, G)`` and returns ``(S, 2 * n_pairs, G)``, the children of a pair side by side. Of
+    the genes of a subpopulation the first ``used`` count, int ``(S,)``.
     """
     n_subpopulations, n_pairs, n_genes = first.shape
-    cuts = generator.integers(1, n_genes, (n_subpopulations, n_pairs, 1))
+    cuts = generator.integers(1, used[:, None, None], (n_subpopulations, n_pairs, 1))
     head = np.arange(n_genes) < cuts
     children = np.stack([np.where(head, first, second), np.where(head, second, first)], axis=2)
     return children.reshape(n_subpopulations, 2 * n_pairs, n_genes)
@@ -64,9 +67,14 @@ def truncated_cauchy(generator: np.random.Generator, n: int, scale: float, limit
     return numbers
 
 
-def mutate(generator: np.random.Generator, children: np.ndarray, rate: float, scale: float, limit: float) -> None:
-    """With probability ``rate``, change one random gene of a child, in place, by a Cauchy-distributed number."""
+def mutate(
+    generator: np.random.Generator, children: np.ndarray, used: np.ndarray, rate: float, scale: float, limit: float
+) -> None:
+    """With probability ``rate``, change one random gene of a child, in place, by a Cauchy-distributed number.
+
+    Of the genes of a subpopulation's children, ``(S, n_children, G)``, the first ``used`` count, int ``(S,)``.
+    """
     mutants = np.nonzero(generator.random(children.shape[:-1]) < rate)
-    genes = generator.integers(0, children.shape[-1], len(mutants[0]))
+    genes = generator.integers(0, used[mutants[0]], len(mutants[0]))
     changes = truncated_cauchy(generator, len(genes), scale, limit)
     children[(*mutants, genes)] += changes.astype(children.dtype)

@@ -24,12 +24,14 @@ class Subpopulations:
     """
 
     def __init__(self, config: EspConfig, controller: Controller, genomes: Genomes) -> None:
-        expected = (controller.n_networks, controller.n_hidden, config.subpopulation_size, controller.n_genes)
+        n_networks, n_hidden, n_genes = controller.shape
+        expected = (n_networks, n_hidden, config.subpopulation_size, n_genes)
         if genomes.shape[1:] != expected:
             raise ValueError(f"genomes must have shape (agents, {', '.join(map(str, expected))}), got {genomes.shape}")
         self.config = config
         self.controller = controller
         self.genomes = np.ascontiguousarray(genomes)  # bred in place, through other shapes
+        self._used = np.tile(np.repeat(controller.used_genes, n_hidden), len(genomes))  # of each subpopulation
         self._asked: np.ndarray | None = None
 
     @classmethod
@@ -38,9 +40,9 @@ class Subpopulations:
     ) -> Subpopulations:
         """Uniform random genes."""
         n_networks, n_hidden, n_genes = controller.shape
-        shape = (n_agents, n_networks, n_hidden, config.subpopulation_size, n_genes)
+        shape = (n_agents // controller.n_together, n_networks, n_hidden, config.subpopulation_size, n_genes)
         genes = generator.uniform(-config.init_range, config.init_range, shape)
-        return cls(config, controller, genes.astype(np.float32))
+        return cls(config, controller, _only_used(genes.astype(np.float32), controller))
 
     def ask(self, generator: np.random.Generator) -> EvolvedTeams:
         """Teams for a generation's trials: a random neuron of each subpopulation, with replacement."""
@@ -60,16 +62,19 @@ class Subpopulations:
         """Breed the next generation.
 
         Args:
-            fitness: What each agent of each asked team earned, ``(n_trials, n_agents)``.
+            fitness: What each agent of each asked team earned, ``(n_trials, n_agents)``; agents that are steered
+                together earn their mean.
             champions: The hall of fame, float32 ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``.
             generator: For this generation's breeding alone.
         """
         if self._asked is None:
             raise RuntimeError("tell() needs the teams of ask() first")
-        n_trials, n_agents, n_networks, n_hidden = self._asked.shape
-        if fitness.shape != (n_trials, n_agents):
-            raise ValueError(f"fitness must have shape {(n_trials, n_agents)}, got {fitness.shape}")
-        shared = np.repeat(fitness, n_networks * n_hidden, axis=1)
+        n_trials, n_genomes, n_networks, n_hidden = self._asked.shape
+        expected = (n_trials, n_genomes * self.controller.n_together)
+        if fitness.shape != expected:
+            raise ValueError(f"fitness must have shape {expected}, got {fitness.shape}")
+        earned = fitness.reshape(n_trials, n_genomes, -1).mean(axis=2)
+        shared = np.repeat(earned, n_networks * n_hidden, axis=1)
         chosen = self._asked.reshape(n_trials, -1)
         scores = operators.neuron_fitness(chosen, shared, self.config.subpopulation_size)
         self._asked = None
@@ -84,8 +89,9 @@ class Subpopulations:
         if len(champions) and config.hof_mates:
             drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
             mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
-        children = operators.one_point_crossover(generator, elite, mates)
-        operators.mutate(generator, children, config.mutation_rate, config.mutation_scale, config.mutation_limit)
+        children = operators.one_point_crossover(generator, elite, mates, self._used)
+        mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
+        operators.mutate(generator, children, self._used, *mutation)
         genes[each, ranks[:, : -2 * config.n_elite - 1 : -1]] = children
 
     def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
@@ -97,4 +103,10 @@ class Subpopulations:
         )
         spread = spread.reshape(self.genomes.shape)
         spread[:, :, :, 0] = 0.0
-        self.genomes[:] = champion[:, :, :, None] + spread
+        self.genomes[:] = champion[:, :, :, None] + _only_used(spread, self.controller)
+
+
+def _only_used(genes: np.ndarray, controller: Controller) -> np.ndarray:
+    """Genes ``(n_genomes, n_networks, n_hidden, size, n_genes)``, those that no network reads set to 0."""
+    used = np.arange(controller.n_genes) < np.array(controller.used_genes)[:, None]
+    return np.where(used[:, None, None], genes, genes.dtype.type(0))

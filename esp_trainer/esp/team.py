@@ -37,7 +37,7 @@ class Team:
     side: SideConfig
     controller: Controller
     genomes: np.ndarray
-    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
+    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``; one for all agents where the controller is central."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Where it came from, as JSON values: the config of its run, its generation, how it scored."""
     n_seen: int | None = None
@@ -52,7 +52,7 @@ class Team:
     @property
     def n_agents(self) -> int:
         """Agents of the team."""
-        return len(self.genomes)
+        return len(self.genomes) * self.controller.n_together
 
     def reset(self, seed: int | None = None) -> None:
         """Nothing to forget, and nothing random."""
@@ -60,21 +60,26 @@ class Team:
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
         """An action for each agent that has an observation, float32 ``(n_seen,)``; the other team's are passed over."""
         networks, other = self._networks(), PREFIXES[other_team(self.role)]
-        actions = {}
-        for agent, seen in observations.items():
-            if agent.startswith(other):
-                continue
-            row = agent_number(agent)
-            self._check(agent, row, len(seen))
-            actions[agent] = int(_decide(networks, row, np.ascontiguousarray(seen, np.float32)))
-        return actions
+        rows = {agent: agent_number(agent) for agent in observations if not agent.startswith(other)}
+        for agent, row in rows.items():
+            self._check(agent, row, len(observations[agent]))
+        views = {row: np.ascontiguousarray(observations[agent], np.float32) for agent, row in rows.items()}
+        if self.controller.n_together > 1:
+            whole = np.zeros((self.n_agents, self.controller.n_seen), np.float32)  # a caught prey sees zeros
+            for row, view in views.items():
+                whole[row] = view
+            views = dict.fromkeys(views, whole.ravel())
+        return {agent: int(_decide(networks, row, views[row])) for agent, row in rows.items()}
 
     def compiled(self, team: Role, env: EnvConfig, lanes: int) -> Networks:
         """The team as a player in compiled code, for one world (``lanes = 0``) or so many at a time.
 
-        Raises :class:`ValueError` if it is not that team, or does not fit the world.
+        Raises :class:`ValueError` if it is not that team, or does not fit the world, or if its controller is central:
+        compiled players are shown one agent's view at a time.
         """
         self.check_fits(team, env)
+        if self.controller.n_together > 1:
+            raise ValueError("a central controller must see its whole team at once; give its function act as opponent")
         networks = self._networks()
         if not lanes:
             return networks
@@ -86,7 +91,7 @@ class Team:
         if self.role != role:
             raise ValueError(f"expected {role}, got a team of {self.role}")
         n_agents, n_opponents, n_actions = env.team(role)
-        sees = (int(self.controller.wiring.max()) + 1) // 2
+        sees = self.controller.n_seen // 2
         if self.n_agents != n_agents:
             raise ValueError(f"this world has {n_agents} {role}, got a team of {self.n_agents}")
         if sees != n_opponents:
@@ -96,12 +101,14 @@ class Team:
             raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
 
     def _networks(self) -> Networks:
-        inputs, votes = self.controller.n_inputs + 1, len(self.controller.blank)
-        weights = np.ascontiguousarray(self.genomes, np.float32).ravel()
-        return Networks(self.controller, weights, np.empty(inputs, np.float32), np.empty(votes, np.float32))
+        inputs, votes = (
+            np.empty(max(self.controller.fan_in) + 1, np.float32),
+            np.empty(self.controller.n_votes, np.float32),
+        )
+        return Networks(self.controller, np.ascontiguousarray(self.genomes, np.float32).ravel(), inputs, votes)
 
     def _check(self, agent: str, row: int, length: int) -> None:
-        least = int(self.controller.wiring.max()) + 1
+        least = self.controller.n_seen
         if row >= self.n_agents:
             raise ValueError(f"{agent} is not in this team of {self.n_agents} {self.role}")
         if length < least or self.n_seen not in (None, length):
@@ -117,6 +124,7 @@ class Team:
         header: dict[str, Any] = {
             "role": self.role,
             "side": self.side.model_dump(),
+            "n_agents": self.n_agents,
             "n_actions": len(self.controller.blank),
         }
         header |= {"n_seen": self.n_seen, "provenance": dict(self.provenance)}
@@ -130,7 +138,7 @@ class Team:
         header, arrays = read_arrays(path, "team")
         try:
             side = SideConfig.from_dict(header["side"])
-            controller = make_controller(side, arrays["wiring"], header["n_actions"])
+            controller = make_controller(side, arrays["wiring"], header["n_actions"], header["n_agents"])
             if header["role"] not in ROLES:
                 raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
             origin, n_seen = dict(header["provenance"]), header["n_seen"]

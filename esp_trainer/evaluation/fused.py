@@ -7,9 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from esp_trainer.config import SideConfig
+from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import Controller, EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.lanes import LANES
 from predprey_env.policies import ScriptedTeam
@@ -93,22 +95,22 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
     shape = env.team(role)
     n_agents, n_opponents, n_actions = shape
     if not isinstance(teams, EvolvedTeams):
-        blank = (np.float32(0.0),) * n_actions
-        nobody = Controller(0, 2, 0, blank, False, False, False, np.float32(1.0), np.zeros((1, 2), np.int64))
+        nobody = make_controller(SideConfig(), np.array([[0, 1]]), n_actions)
         empty = np.zeros((1, n_agents, 0, 0), np.int64)
         script = ScriptedTeam.of(teams.script, role, env).compiled(role, env, LANES)
-        return Side(script, n_actions, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
-    if teams.indices.shape[:2] != (n_trials, n_agents) or len(teams.controller.blank) != n_actions:
-        raise ValueError(
-            f"teams must have {n_trials} trials, {n_agents} agents and {n_actions} actions, "
-            f"got {teams.indices.shape[0]}, {teams.indices.shape[1]} and {len(teams.controller.blank)}"
-        )
-    if teams.controller.wiring.max() >= shape.n_seen:
-        raise ValueError(f"networks must read entries below {shape.n_seen}, got {teams.controller.wiring.max()}")
+        return Side(script, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
+    controller = teams.controller
+    got = len(teams.indices), teams.indices.shape[1] * controller.n_together, len(controller.blank)
+    if got != (n_trials, n_agents, n_actions):
+        expected = f"{n_trials} trials, {n_agents} agents and {n_actions} actions"
+        raise ValueError(f"teams must have {expected}, got {got[0]}, {got[1]} and {got[2]}")
+    n_seen = shape.n_seen * controller.n_together
+    if controller.wiring.max() >= n_seen:
+        raise ValueError(f"networks must read entries below {n_seen}, got {controller.wiring.max()}")
     n_candidates = teams.genomes.shape[3]
     if teams.indices.size and not 0 <= teams.indices.min() <= teams.indices.max() < n_candidates:
         raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")
     # Read-only arrays are another type to Numba, and would be compiled for anew.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
     indices = np.require(teams.indices, np.int64, ["C", "W"])
-    return Side(Script(0, n_opponents, n_actions), n_actions, teams.controller, genomes, indices)
+    return Side(Script(0, n_opponents, n_actions), controller, genomes, indices)

@@ -34,7 +34,6 @@ class Side(NamedTuple):
 
     script: Script
     """The script that it follows; number 0 where networks play."""
-    n_actions: int
     controller: Controller
     genomes: Any
     indices: Any
@@ -75,7 +74,7 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
     """Memory for a thread to play blocks in."""
     n_agents = rules.n_predators + rules.n_prey
     genes = [prod(side.indices.shape[1:]) * side.genomes.shape[-1] for side in (predators, prey)]
-    most_inputs = max(predators.controller.n_inputs, prey.controller.n_inputs)
+    controllers = predators.controller, prey.controller
 
     return Memory(
         world=World(*(lane_zeros(np.int32, rows) for rows in (n_agents, n_agents, rules.n_prey))),
@@ -85,9 +84,9 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
         kept=lane_zeros(np.int32, n_agents * MEMORY),
         predator_weights=lane_zeros(np.float32, genes[0]),
         prey_weights=lane_zeros(np.float32, genes[1]),
-        seen=lane_zeros(np.float32, 2 * n_agents),
-        inputs=lane_zeros(np.float32, most_inputs + 1),
-        votes=lane_zeros(np.float32, max(predators.n_actions, prey.n_actions)),
+        seen=lane_zeros(np.float32, 2 * rules.n_predators * rules.n_prey),
+        inputs=lane_zeros(np.float32, max(max(controller.fan_in) for controller in controllers) + 1),
+        votes=lane_zeros(np.float32, max(controller.n_votes for controller in controllers)),
         ended=lane_zeros(np.int32, 1),
         episode=np.zeros(LANES, np.int64),
     )
@@ -161,29 +160,27 @@ def _choose(side: Side, weights: Any, agent: int, kept: int, memory: Memory) -> 
 
 
 @rule
-def _predators_choose(memory: Memory, side: Side, rules: Rules) -> None:
-    """Every predator looks and chooses."""
-    for agent in range(rules.n_predators):
-        observe(memory.world, agent, rules, memory.seen, 0)
-        store(memory.actions, agent, _choose(side, memory.predator_weights, agent, agent * MEMORY, memory))
-
-
-@rule
-def _prey_choose(memory: Memory, side: Side, rules: Rules) -> None:
-    """Every prey looks and chooses."""
-    for agent in range(rules.n_prey):
-        observe(memory.world, rules.n_predators + agent, rules, memory.seen, 0)
-        row = rules.n_predators + agent
-        store(memory.actions, row, _choose(side, memory.prey_weights, agent, row * MEMORY, memory))
+def _team_chooses(memory: Memory, side: Side, weights: Any, first: int, n_agents: int, rules: Rules) -> None:
+    """Every agent of a team looks and chooses; a central controller looks through all eyes first."""
+    central = side.controller.n_together > 1
+    if central:
+        row = 0
+        for agent in range(n_agents):
+            row = observe(memory.world, first + agent, rules, memory.seen, row)
+    for agent in range(n_agents):
+        if not central:
+            observe(memory.world, first + agent, rules, memory.seen, 0)
+        kept = (first + agent) * MEMORY
+        store(memory.actions, first + agent, _choose(side, weights, agent, kept, memory))
 
 
 @rule
 def _move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
     """One time step: all choose on the same view, or the prey move before the predators look."""
-    _prey_choose(memory, prey, rules)
+    _team_chooses(memory, prey, memory.prey_weights, rules.n_predators, rules.n_prey, rules)
     if rules.prey_first:
         prey_turn(memory.world, memory.actions, rules)
-    _predators_choose(memory, predators, rules)
+    _team_chooses(memory, predators, memory.predator_weights, 0, rules.n_predators, rules)
     if rules.prey_first:
         predators_turn(memory.world, memory.actions, rules)
     else:

@@ -100,9 +100,15 @@ class Trainer:
         config = self.config
         for role, champion in generation.champions.items():
             progress = {"generation": generation.number, "score": champion.score, "held_out": held_out}
-            n_seen = champion.controller.wiring.size  # every offset that there is
             side = side_config(config, role)
-            team = Team(role, side, champion.controller, champion.genomes, {**self._origin, **progress}, n_seen)
+            team = Team(
+                role,
+                side,
+                champion.controller,
+                champion.genomes,
+                {**self._origin, **progress},
+                champion.controller.n_seen,
+            )
             team.save(self.directory.champion_file(role, generation.number))
 
 

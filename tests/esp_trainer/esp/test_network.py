@@ -28,7 +28,7 @@ def _logistics(z: Any, out: Any) -> None:
 
 @entry_point
 def _decide(controller: Any, weights: Any, seen: Any, inputs: Any, votes: Any, action: Any) -> None:
-    store(action, 0, decide(controller, weights, 0, seen, inputs, votes))
+    store(action, 0, decide(controller, weights, 0, 0, seen, inputs, votes))
 
 
 def logistics(z: Any) -> np.ndarray:

@@ -89,8 +89,16 @@ def all_zeros_and_all_ones(n_subpopulations: int, n_pairs: int, n_genes: int) ->
     return np.zeros(shape, np.float32), np.ones(shape, np.float32)
 
 
+def used(n_subpopulations: int, n_genes: int) -> np.ndarray:
+    return np.full(n_subpopulations, n_genes)
+
+
+def all_genes(children: np.ndarray) -> np.ndarray:
+    return used(len(children), children.shape[-1])
+
+
 def test_the_first_child_begins_like_the_first_parent():
-    children = one_point_crossover(rng(), *all_zeros_and_all_ones(3, 200, 7))
+    children = one_point_crossover(rng(), *all_zeros_and_all_ones(3, 200, 7), used(3, 7))
     first, second = children[:, 0::2], children[:, 1::2]
     assert (first[..., 0] == 0).all()
     assert (first[..., -1] == 1).all()
@@ -99,7 +107,7 @@ def test_the_first_child_begins_like_the_first_parent():
 
 
 def test_the_cut_is_uniform_over_all_places_that_leave_each_parent_a_gene():
-    children = one_point_crossover(rng(), *all_zeros_and_all_ones(1, 6000, 7))
+    children = one_point_crossover(rng(), *all_zeros_and_all_ones(1, 6000, 7), used(1, 7))
     cuts = (children[0, 0::2] == 0).sum(axis=1)
     counts = np.bincount(cuts, minlength=8)
     assert counts[0] == counts[7] == 0
@@ -107,7 +115,7 @@ def test_the_cut_is_uniform_over_all_places_that_leave_each_parent_a_gene():
 
 
 def test_every_pair_is_cut_at_a_place_of_its_own():
-    children = one_point_crossover(rng(), *all_zeros_and_all_ones(4, 50, 20))
+    children = one_point_crossover(rng(), *all_zeros_and_all_ones(4, 50, 20), used(4, 20))
     cuts = (children[:, 0::2] == 0).sum(axis=2)
     assert len({tuple(row) for row in cuts}) == 4
     assert all(len(set(row)) > 5 for row in cuts)
@@ -117,7 +125,7 @@ def test_every_pair_is_cut_at_a_place_of_its_own():
 def test_children_are_complementary(n_subpopulations: int, n_pairs: int, n_genes: int, seed: int):
     shape = (n_subpopulations, n_pairs, n_genes)
     first, second = rng(seed).normal(size=shape), rng(seed + 1).normal(size=shape)
-    children = one_point_crossover(rng(seed + 2), first, second)
+    children = one_point_crossover(rng(seed + 2), first, second, used(n_subpopulations, n_genes))
     assert children.shape == (n_subpopulations, 2 * n_pairs, n_genes)
     one, other = children[:, 0::2], children[:, 1::2]
     from_first = one == first
@@ -129,7 +137,20 @@ def test_children_are_complementary(n_subpopulations: int, n_pairs: int, n_genes
 
 def test_a_neuron_that_mates_with_itself_has_its_likeness_for_children():
     parent = rng().normal(size=(2, 3, 5))
-    assert np.array_equal(one_point_crossover(rng(), parent, parent), np.repeat(parent, 2, axis=1))
+    assert np.array_equal(one_point_crossover(rng(), parent, parent, used(2, 5)), np.repeat(parent, 2, axis=1))
+
+
+def test_only_genes_that_are_read_are_cut_and_changed():
+    first, second = all_zeros_and_all_ones(2, 500, 6)
+    children = one_point_crossover(rng(), first, second, np.array([3, 6]))
+    cuts = (children[:, 0::2] == 0).sum(axis=2)
+    assert set(cuts[0]) == {1, 2}
+    assert set(cuts[1]) == {1, 2, 3, 4, 5}
+    unread = np.zeros((2, 500, 6), np.float32)
+    mutate(rng(), unread, np.array([3, 6]), 1.0, 0.3, 10.0)
+    assert (unread[0, :, 3:] == 0).all()
+    assert (unread[1, :, 3:] != 0).any(axis=0).all()
+    assert ((unread != 0).sum(axis=2) == 1).all()
 
 
 # -- mutation ----------------------------------------------------------------------------------------------------------
@@ -160,7 +181,7 @@ def test_no_numbers_are_drawn_for_no_mutants():
 @pytest.mark.parametrize("rate", [0.0, 0.4, 1.0])
 def test_a_share_of_the_children_mutates_in_one_gene(rate: float):
     children = np.zeros((4, 5000, 6), np.float32)
-    mutate(rng(), children, rate, 0.3, 10.0)
+    mutate(rng(), children, all_genes(children), rate, 0.3, 10.0)
     changed = (children != 0).sum(axis=2)
     assert changed.max() <= 1
     assert abs(changed.mean() - rate) < 0.02
@@ -168,14 +189,14 @@ def test_a_share_of_the_children_mutates_in_one_gene(rate: float):
 
 def test_every_gene_is_as_likely_to_mutate():
     children = np.zeros((1, 12_000, 6), np.float32)
-    mutate(rng(), children, 1.0, 0.3, 10.0)
+    mutate(rng(), children, all_genes(children), 1.0, 0.3, 10.0)
     counts = (children[0] != 0).sum(axis=0)
     assert (abs(counts - 2000) < 200).all()
 
 
 def test_mutation_adds_to_the_gene_and_stays_within_the_limit():
     children = np.full((1, 5000, 3), 100.0, np.float32)
-    mutate(rng(), children, 1.0, 0.3, 2.0)
+    mutate(rng(), children, all_genes(children), 1.0, 0.3, 2.0)
     change = (children - 100.0).sum(axis=2)
     assert 1.9 < np.abs(change).max() <= 2.0 + 1e-4
     assert abs(np.median(change)) < 0.02
@@ -184,5 +205,5 @@ def test_mutation_adds_to_the_gene_and_stays_within_the_limit():
 
 def test_mutation_reaches_children_in_any_layout_of_memory():
     children = np.zeros((6, 50, 4), np.float32).transpose(2, 1, 0)
-    mutate(rng(), children, 1.0, 0.3, 10.0)
+    mutate(rng(), children, all_genes(children), 1.0, 0.3, 10.0)
     assert ((children != 0).sum(axis=2) == 1).all()

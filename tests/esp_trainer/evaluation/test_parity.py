@@ -64,6 +64,17 @@ VARIANTS = {
     "one step": Switches({"max_cycles": 1}),
     "monolithic": both(controller="monolithic"),
     "monolithic predators": Switches({}, {"controller": "monolithic"}, {}),
+    "combiner": both(controller="combiner"),
+    "combiner, linear, bias, skip": both(controller="combiner", output="linear", bias=True, captured_vote="skip"),
+    "combiner of one": Switches({"n_prey": 1}, {"controller": "combiner"}, {"controller": "combiner", "n_hidden": 3}),
+    "two networks for each": both(controller="double"),
+    "a network for each pair": both(controller="pairs"),
+    "central": both(controller="central"),
+    "central, bias, skip": both(controller="central", bias=True, captured_vote="skip"),
+    "central, in turns": Switches(
+        {"move_order": "prey_first", "n_prey": 3}, {"controller": "central"}, {"controller": "central"}
+    ),
+    "central against a script": Switches({"n_prey": 1}, {"controller": "central"}, {"policy": "flee_nearest"}),
     "bias": both(bias=True),
     "linear": both(output="linear"),
     "scaled": both(input_scale=0.2),
@@ -174,7 +185,7 @@ def test_two_scripts_play_the_same(predators: str, prey: str, env: EnvConfig, ra
 
 SIDES = st.builds(
     SideConfig,
-    controller=st.sampled_from(["split", "monolithic"]),
+    controller=st.sampled_from(["split", "monolithic", "combiner", "double", "pairs", "central"]),
     n_hidden=st.integers(1, 12),
     bias=st.booleans(),
     output=st.sampled_from(["logistic", "linear"]),
