@@ -73,8 +73,11 @@ def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappi
     write(path, save(contiguous, metadata={_HEADER: json.dumps(whole, allow_nan=False)}))
 
 
-def read_arrays(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """The header and the arrays of a file of that kind, or :class:`DamagedFileError` in one line."""
+def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The header and the arrays of a file of that kind, or :class:`DamagedFileError` in one line.
+
+    Numbers must be ``finite``, unless nan stands for what could not be measured.
+    """
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not there" if not path.exists() else f"{path} is not a file")
     try:
@@ -92,7 +95,7 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, np.nda
     if header["schema"] != SCHEMA:
         raise DamagedFileError(f"{path} must have schema {SCHEMA}, but has {header['schema']}")
     for name, array in arrays.items():
-        if array.dtype.kind == "f" and not np.isfinite(array).all():
+        if finite and array.dtype.kind == "f" and not np.isfinite(array).all():
             raise DamagedFileError(f"{path} is damaged: {name} holds values that are not finite")
     return header, arrays
 

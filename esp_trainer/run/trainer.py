@@ -75,7 +75,7 @@ class Trainer:
                 begun = perf_counter()
                 held_out = generation.held_out.as_dict()
                 self._save_champions(generation, held_out)
-                metrics.append(_record(generation, held_out))
+                metrics.append(record(generation, held_out))
                 self.done += 1
                 if self.done % self.config.checkpoint_every == 0:
                     self._save_checkpoint(metrics)
@@ -112,7 +112,7 @@ class Trainer:
             team.save(self.directory.champion_file(role, generation.number))
 
 
-def _record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
+def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
     """A line of ``metrics.jsonl``."""
     return {
         "generation": generation.number,

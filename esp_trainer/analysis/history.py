@@ -1,0 +1,133 @@
+"""What is left of a run to analyse: the champions of every generation, and the curves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_config, side_controller
+from esp_trainer.config import RunConfig
+from esp_trainer.esp.team import Team, as_candidates
+from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
+from esp_trainer.run.checkpoint import load_checkpoint
+from esp_trainer.run.directory import RunDirectory, whole_lines
+from esp_trainer.run.trainer import record
+from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Role, ScriptedTeams, Teams
+
+
+@dataclass(frozen=True)
+class History:
+    """A run that is over, or as far as it got."""
+
+    config: RunConfig
+    champions: dict[Role, np.ndarray]
+    """Of each evolving side, float32 ``(n_generations, n_agents, n_networks, n_hidden, n_genes)``."""
+    curves: dict[str, np.ndarray]
+    """By generation, ``(n_generations, ...)``: ``caught`` (share of prey, champion against champion on held-out starts),
+    ``all_caught`` and ``none_caught`` (shares of episodes), ``caught_by_even`` (by how many predators start at an even
+    distance), ``steps``, and ``trials_caught``, ``trials_mean`` (both sides' trials; nan for a side that is fixed)."""
+
+    def __len__(self) -> int:
+        return len(self.curves["caught"])
+
+    @classmethod
+    def evolve(cls, config: RunConfig, evaluator: Evaluator, watch: Callable[[], object] = lambda: None) -> History:
+        """Run a config in memory; ``watch`` is called after each generation."""
+        run = Coevolution(config, new_sides(config), evaluator)
+        records = []
+        for number in range(config.generations):
+            generation = run.step(number)
+            records.append(record(generation, generation.held_out.as_dict()))
+            watch()
+        champions = {role: side.hall_of_fame.champions.copy() for role, side in run.evolving.items()}
+        return cls(config, champions, curves_of(records))
+
+    @classmethod
+    def of_run(cls, path: Path | str) -> History:
+        """What a run directory holds, up to its last checkpoint.
+
+        Raises :class:`FileNotFoundError` where there is no run, or no checkpoint yet; :class:`DamagedFileError` for
+        files that cannot be read.
+        """
+        directory = RunDirectory(path)
+        config = directory.read_config()
+        if not directory.checkpoint_file.exists():
+            raise FileNotFoundError(f"{path} has no checkpoint yet: there is nothing to analyse")
+        sides, done = load_checkpoint(directory.checkpoint_file, config)
+        lines = whole_lines(directory.metrics_file)[:done]
+        if len(lines) < done:
+            raise DamagedFileError(f"{directory.metrics_file} must hold {done} whole lines, got {len(lines)}")
+        champions = {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
+        try:
+            curves = curves_of(json.loads(line) for line in lines)
+        except (ValueError, KeyError, TypeError) as error:
+            raise DamagedFileError(f"{directory.metrics_file} is damaged: {error}") from None
+        return cls(config, champions, curves)
+
+    def save(self, path: Path | str) -> None:
+        """Write it to one file."""
+        arrays = {f"champions.{role}": array for role, array in self.champions.items()}
+        arrays |= {f"curves.{name}": array for name, array in self.curves.items()}
+        write_arrays(Path(path), "history", {"config": self.config.model_dump()}, arrays)
+
+    @classmethod
+    def load(cls, path: Path | str) -> History:
+        """Read what :meth:`save` wrote; :class:`DamagedFileError` for anything else."""
+        header, arrays = read_arrays(Path(path), "history")
+        champions = {role: arrays[f"champions.{role}"] for role in ROLES if f"champions.{role}" in arrays}
+        curves = {name.removeprefix("curves."): array for name, array in arrays.items() if name.startswith("curves.")}
+        return cls(RunConfig.from_dict(header["config"]), champions, curves)
+
+    def sample(self, n: int) -> np.ndarray:
+        """At most ``n`` generations, evenly spread from the first to the last."""
+        return np.unique(np.linspace(0, len(self) - 1, n).round().astype(int))
+
+    def entrants(self, role: Role, generations: np.ndarray) -> EvolvedTeams | ScriptedTeams:
+        """The champions of some generations as entrants of a cross-play: team ``t`` of the batch is that of
+        ``generations[t]``. Of a scripted side, the script.
+        """
+        if role not in self.champions:
+            return ScriptedTeams(side_config(self.config, role).policy)
+        genomes = as_candidates(self.champions[role][generations])
+        indices = np.broadcast_to(
+            np.arange(len(generations))[:, None, None, None], (len(generations), *genomes.shape[:3])
+        )
+        return EvolvedTeams(side_controller(self.config, role), genomes, indices)
+
+    def team(self, role: Role, generation: int) -> Team:
+        """A generation's champion as a policy; :class:`ValueError` for a side that did not evolve."""
+        if role not in self.champions:
+            raise ValueError(f"the {role} of this run are a script: {side_config(self.config, role).policy}")
+        origin = {**self.config.model_dump(), "generation": generation}
+        side, controller = side_config(self.config, role), side_controller(self.config, role)
+        return Team(role, side, controller, self.champions[role][generation], origin, controller.n_seen)
+
+    def player(self, role: Role, generation: int) -> Team | ScriptedTeams:
+        """Who plays a side in a generation."""
+        teams: Teams = self.entrants(role, np.array([generation]))
+        return teams if isinstance(teams, ScriptedTeams) else self.team(role, generation)
+
+
+def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
+    """The curves of :class:`History` from the lines of ``metrics.jsonl``."""
+
+    def row(record: dict[str, Any]) -> dict[str, Any]:
+        held_out, trials = record["held_out"], record["trials"]
+        return {
+            "caught": held_out["caught"]["rate"],
+            "all_caught": held_out["predators_succeed"]["rate"],
+            "none_caught": held_out["prey_succeed"]["rate"],
+            "caught_by_even": [rate["rate"] if rate else np.nan for rate in held_out["caught_by_even"]],
+            "steps": held_out["steps"],
+            "trials_caught": [trials[role]["caught"] if role in trials else np.nan for role in ROLES],
+            "trials_mean": [trials[role]["mean"] if role in trials else np.nan for role in ROLES],
+        }
+
+    rows = [row(record) for record in records]
+    return {name: np.array([row[name] for row in rows], np.float64) for name in rows[0]}

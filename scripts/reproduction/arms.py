@@ -1,0 +1,135 @@
+"""What is run: the paper's experiments, what each of their parts does, and one factor at a time around them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from esp_trainer import RunConfig, preset
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One setting, to be run with several seeds."""
+
+    name: str
+    part: str
+    """``paper``, ``ablation``, ``sensitivity`` or ``panel``."""
+    meaning: str
+    config: RunConfig
+    seeds: tuple[int, ...]
+
+    def run(self, seed: int) -> RunConfig:
+        """The config of one of its runs."""
+        return self.config.replace(preset=self.name, seed=seed)
+
+
+def _vary(base: str, **sections: dict[str, Any]) -> RunConfig:
+    """A preset with some fields of some sections changed; the section ``both`` stands for predators and prey."""
+    config = preset(base)
+    both = sections.pop("both", {})
+    changes = {"predators": both, "prey": both} if both else {}
+    for section, fields in {**changes, **sections}.items():
+        config = config.replace(**{section: getattr(config, section).replace(**fields)})
+    return config
+
+
+_PAPER = {
+    "monolithic-3v2": "one network an agent",
+    "monolithic-3v1": "one network an agent, a single prey",
+    "monolithic-3v1-wide": "the same, the prey with 30 hidden neurons",
+    "paper-3v1": "split networks, a single prey",
+    "paper-3v2": "split networks",
+}
+
+_BOTH_TASKS: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
+    "no-hall-of-fame": ("nobody mates with a past champion", {"esp": {"hof_mates": 0}}),
+    "hall-of-fame-opponents": ("trials against past champions", {"esp": {"pairing": "hall_of_fame"}}),
+    "scaled": ("offsets times 0.2", {"both": {"input_scale": 0.2}}),
+    "prey-first": ("the prey move, then the predators see it and move", {"env": {"move_order": "prey_first"}}),
+    "complementary": ("prey earn 25 minus what predators earn", {"env": {"prey_fitness": "complementary"}}),
+    "no-idling": ("predators must move", {"env": {"predator_idle": False}}),
+    "odd-torus": ("a torus of 101 by 101 cells, which has no parity", {"env": {"size": 101}}),
+}
+
+_SENSITIVITY: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
+    "scale-0.5": ("offsets times 0.5", {"both": {"input_scale": 0.5}}),
+    "scale-0.1": ("offsets times 0.1", {"both": {"input_scale": 0.1}}),
+    "scale-0.02": ("offsets times 0.02", {"both": {"input_scale": 0.02}}),
+    "narrow-start": ("initial weights in [-1, 1]", {"esp": {"init_range": 1.0}}),
+    "small-steps": ("Cauchy scale 0.1", {"esp": {"mutation_scale": 0.1}}),
+    "large-steps": ("Cauchy scale 1", {"esp": {"mutation_scale": 1.0}}),
+    "previous-champion": ("trials against the last champion", {"esp": {"pairing": "previous_champion"}}),
+    "mixed": ("trials against drawn teams or past champions", {"esp": {"pairing": "mixed"}}),
+    "shared-fitness": (
+        "competitive fitness sharing, mixed opponents",
+        {"esp": {"pairing": "mixed", "fitness_sharing": True}},
+    ),
+    "argmax": ("the champion is the best of the trials", {"champion": {"method": "argmax"}}),
+    "nearest": ("closeness of the nearest predator", {"env": {"closeness": "nearest"}}),
+    "burst": ("burst mutation after 30 stagnant generations", {"esp": {"burst_after": 30}}),
+}
+
+_SEEDS = tuple(range(10))
+_FEWER_SEEDS = tuple(range(5))
+_HELD_OUT_SEEDS = (1000, 1001, 1002)
+_SHORTER = 300
+
+
+def _arms() -> list[Arm]:
+    arms = [Arm(name, "paper", meaning, preset(name), _SEEDS) for name, meaning in _PAPER.items()]
+    for name, meaning in {
+        "matched-3v2": "one network an agent, as many genes as when split",
+        "combiner-3v2": "a network combines the split ones",
+        "matched-3v1": "a single prey with one network, as many genes as when split",
+        "combiner-3v1": "a network combines the prey's split ones",
+        "fleeing-prey": "predators against the fixed prey",
+        "fleeing-prey-central": "one network for all predators, against the fixed prey",
+    }.items():
+        arms.append(Arm(name, "ablation", meaning, preset(name), _SEEDS))
+    for task in ("3v2", "3v1"):
+        for name, (meaning, changes) in _BOTH_TASKS.items():
+            arms.append(Arm(f"{name}-{task}", "ablation", meaning, _vary(f"paper-{task}", **changes), _SEEDS))
+    for name, (meaning, changes) in _SENSITIVITY.items():
+        for task in ("3v2", "3v1"):
+            config = _vary(f"paper-{task}", **changes).replace(generations=_SHORTER)
+            arms.append(Arm(f"{name}-{task}", "sensitivity", meaning, config, _FEWER_SEEDS))
+    return arms + _panel_arms(arms)
+
+
+def _panel_arms(arms: list[Arm]) -> list[Arm]:
+    """For each world that an arm plays in: runs of seeds that no arm has, whose champions everyone is measured against.
+
+    Half of them read raw offsets and half scaled ones, so that no arm meets only its own kind.
+    """
+    panels: dict[str, Arm] = {}
+    for arm in arms:
+        task = world_of(arm.config)
+        for scale in (1.0, 0.2):
+            name = f"panel-{task}-{scale:g}"
+            base = preset(f"paper-{arm.config.env.n_predators}v{arm.config.env.n_prey}")
+            side = base.predators.replace(input_scale=scale)
+            config = base.replace(env=_plain(arm.config), predators=side, prey=side, generations=_SHORTER)
+            panels.setdefault(name, Arm(name, "panel", "held-out opponents", config, _HELD_OUT_SEEDS))
+    return list(panels.values())
+
+
+def _plain(config: RunConfig) -> Any:
+    """The world of an arm without what concerns only fitness."""
+    default = type(config.env)()
+    return config.env.replace(prey_fitness=default.prey_fitness, closeness=default.closeness)
+
+
+def world_of(config: RunConfig) -> str:
+    """A name for the world that an arm plays in; the same for arms whose teams can meet."""
+    env, default = config.env, type(config.env)()
+    name = f"{env.n_predators}v{env.n_prey}"
+    for field, short in {"size": "size-", "move_order": "", "predator_idle": "idle-"}.items():
+        value = getattr(env, field)
+        if value != getattr(default, field):
+            name += f"-{short}{str(value).lower().replace('_', '-')}"
+    return name
+
+
+ARMS = {arm.name: arm for arm in _arms()}
+"""Every arm by name, in the order in which they are reported."""
