@@ -29,9 +29,9 @@ class History:
     champions: dict[Role, np.ndarray]
     """Of each evolving side, float32 ``(n_generations, n_agents, n_networks, n_hidden, n_genes)``."""
     curves: dict[str, np.ndarray]
-    """By generation, ``(n_generations, ...)``: ``caught`` (share of prey, champion against champion on held-out starts),
+    """By generation, ``(n_generations, ...)``: ``caught`` (share of prey, champion against champion from held-out starts),
     ``all_caught`` and ``none_caught`` (shares of episodes), ``caught_by_even`` (by how many predators start at an even
-    distance), ``steps``, and ``trials_caught``, ``trials_mean`` (both sides' trials; nan for a side that is fixed)."""
+    distance), ``steps``, and ``trials_caught`` and ``trials_mean`` (of both sides' trials; nan for a fixed side)."""
 
     def __len__(self) -> int:
         return len(self.curves["caught"])
@@ -60,6 +60,8 @@ class History:
         if not directory.checkpoint_file.exists():
             raise FileNotFoundError(f"{path} has no checkpoint yet: there is nothing to analyse")
         sides, done = load_checkpoint(directory.checkpoint_file, config)
+        if not done:
+            raise ValueError(f"{path} has no generation yet: there is nothing to analyse")
         lines = whole_lines(directory.metrics_file)[:done]
         if len(lines) < done:
             raise DamagedFileError(f"{directory.metrics_file} must hold {done} whole lines, got {len(lines)}")
@@ -79,7 +81,7 @@ class History:
     @classmethod
     def load(cls, path: Path | str) -> History:
         """Read what :meth:`save` wrote; :class:`DamagedFileError` for anything else."""
-        header, arrays = read_arrays(Path(path), "history")
+        header, arrays = read_arrays(Path(path), "history", finite=False)
         champions = {role: arrays[f"champions.{role}"] for role in ROLES if f"champions.{role}" in arrays}
         curves = {name.removeprefix("curves."): array for name, array in arrays.items() if name.startswith("curves.")}
         return cls(RunConfig.from_dict(header["config"]), champions, curves)

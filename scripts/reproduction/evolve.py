@@ -27,12 +27,8 @@ def history_file(place: Path, arm: Arm, seed: int) -> Path:
 
 def missing(place: Path, arms: Iterable[Arm]) -> list[tuple[Arm, int]]:
     """The runs that are not there yet, or that another config made."""
-    return [
-        (arm, seed)
-        for arm in arms
-        for seed in arm.seeds
-        if not _is_there(history_file(place, arm, seed), arm.run(seed))
-    ]
+    runs = [(arm, seed) for arm in arms for seed in arm.seeds]
+    return [(arm, seed) for arm, seed in runs if not _is_there(history_file(place, arm, seed), arm.run(seed))]
 
 
 def _is_there(path: Path, config: RunConfig) -> bool:
