@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, whole_lines
 from esp_trainer.run.trainer import record
-from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Role, ScriptedTeams, Teams
+from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fixed, Role, ScriptedTeams, Teams
 
 
 @dataclass(frozen=True)
@@ -29,17 +30,30 @@ class History:
     champions: dict[Role, np.ndarray]
     """Of each evolving side, float32 ``(n_generations, n_agents, n_networks, n_hidden, n_genes)``."""
     curves: dict[str, np.ndarray]
-    """By generation, ``(n_generations, ...)``: ``caught`` (share of prey, champion against champion from held-out starts),
-    ``all_caught`` and ``none_caught`` (shares of episodes), ``caught_by_even`` (by how many predators start at an even
-    distance), ``steps``, and ``trials_caught`` and ``trials_mean`` (of both sides' trials; nan for a fixed side)."""
+    """By generation, ``(n_generations, ...)``. Champion against champion from held-out starts: ``caught`` (share of
+    prey), ``all_caught`` and ``none_caught`` (shares of episodes), ``caught_by_even`` (by how many predators start at
+    an even distance), ``steps``. Of both sides' trials, nan for a fixed side: ``trials_caught``, ``trials_mean``."""
 
     def __len__(self) -> int:
         return len(self.curves["caught"])
 
     @classmethod
-    def evolve(cls, config: RunConfig, evaluator: Evaluator, watch: Callable[[], object] = lambda: None) -> History:
-        """Run a config in memory; ``watch`` is called after each generation."""
-        run = Coevolution(config, new_sides(config), evaluator)
+    def evolve(
+        cls,
+        config: RunConfig,
+        evaluator: Evaluator,
+        watch: Callable[[], object] = lambda: None,
+        fixed: Mapping[Role, Fixed] = MappingProxyType({}),
+    ) -> History:
+        """Run a config in memory.
+
+        Args:
+            config: What to run.
+            evaluator: Of its world.
+            watch: Called after each generation.
+            fixed: A team that plays one side and does not evolve, whatever the config says.
+        """
+        run = Coevolution(config, {**new_sides(config), **fixed}, evaluator)
         records = []
         for number in range(config.generations):
             generation = run.step(number)
