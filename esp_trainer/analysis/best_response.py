@@ -14,7 +14,7 @@ import numpy as np
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import ROLES, Role
+from esp_trainer.types import ROLES, Role, Teams
 
 _EPISODES = 1000  # of each final measurement: a standard error of at most 0.016
 
@@ -73,9 +73,10 @@ def best_response(
     best = int(curve.argmax() if role == "predators" else curve.argmin())
     then = np.array([generation])
     frozen, contemporaries = history.entrants(other, then), history.entrants(role, then)
-    caught = []
-    for responder in (contemporaries, fresh.entrants(role, np.array([best]))):
+
+    def caught(responder: Teams) -> float:
         predators, prey = (responder, frozen) if role == "predators" else (frozen, responder)
-        met = cross_play(predators, prey, evaluator, n_episodes=_EPISODES, seed=seed)
-        caught.append(float(met.caught[0, 0]))
-    return BestResponse(role, generation, *caught, curve)
+        return float(cross_play(predators, prey, evaluator, n_episodes=_EPISODES, seed=seed).caught[0, 0])
+
+    answer = fresh.entrants(role, np.array([best]))
+    return BestResponse(role, generation, caught(contemporaries), caught(answer), curve)

@@ -81,7 +81,13 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
         return teams.show(options.team)
     if options.command == "replay":
         return teams.replay(options.team, options.against, options.seed, options.fps)
-    return _presets(options.preset)
+    if options.command == "presets":
+        return _presets(options.preset)
+    from esp_trainer.cli import analysis, behaviours  # here, since SciPy and Matplotlib take a second to import
+
+    if options.command == "behaviours":
+        return behaviours.behaviours(options.runs, options.generations, options.episodes, options.csv)
+    return analysis.analyse(options.runs, options.generations, options.episodes, options.figures)
 
 
 def _presets(name: str | None) -> int:
@@ -131,6 +137,14 @@ def _parser() -> argparse.ArgumentParser:
         each.add_argument("--seed", type=_natural, default=0, metavar="N")
     show = command("show", "say what a team is and where it came from")
     show.add_argument("team", metavar="TEAM")
+    analyse = command("analyse", "say whether runs show an arms race")
+    analyse.add_argument("--figures", type=Path, metavar="DIR", help="draw its figures there too")
+    behaviours = command("behaviours", "count what champions do, by generation")
+    behaviours.add_argument("--csv", type=Path, metavar="FILE", help="write the rates of every generation there")
+    for each, generations, episodes in ((analyse, 46, 64), (behaviours, 24, 128)):
+        each.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a directory that train made")
+        each.add_argument("--generations", type=_positive, default=generations, metavar="N", help="to sample")
+        each.add_argument("--episodes", type=_positive, default=episodes, metavar="N", help="of each meeting")
     presets = command("presets", "list the experiments, or every field of one")
     presets.add_argument("preset", nargs="?", metavar="PRESET")
     return parser

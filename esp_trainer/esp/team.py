@@ -67,7 +67,7 @@ class Team:
         if self.controller.n_together > 1:
             whole = np.zeros((self.n_agents, self.controller.n_seen), np.float32)  # a caught prey sees zeros
             for row, view in views.items():
-                whole[row] = view
+                whole[row] = view[: self.controller.n_seen]
             views = dict.fromkeys(views, whole.ravel())
         return {agent: int(_decide(networks, row, views[row])) for agent, row in rows.items()}
 
@@ -138,7 +138,7 @@ class Team:
         header, arrays = read_arrays(path, "team")
         try:
             side = SideConfig.from_dict(header["side"])
-            controller = make_controller(side, arrays["wiring"], header["n_actions"], header["n_agents"])
+            controller = make_controller(side, arrays["wiring"], header["n_actions"], header.get("n_agents", 1))
             if header["role"] not in ROLES:
                 raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
             origin, n_seen = dict(header["provenance"]), header["n_seen"]

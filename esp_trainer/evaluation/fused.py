@@ -48,7 +48,11 @@ class FusedEvaluator:
 
         Steps after the end of an episode hold -1.
         """
-        return self._play(batch, n_traced=len(batch.starts))[1]
+        return self.play(batch)[1]
+
+    def play(self, batch: TrialBatch) -> tuple[TrialResult, np.ndarray]:
+        """Both: what came of it, and the trace."""
+        return self._play(batch, n_traced=len(batch.starts))
 
     def _shape(self, n_trials: int, n_episodes: int) -> tuple[int, int, int, int]:
         return n_trials, n_episodes, self.env.n_agents, 2

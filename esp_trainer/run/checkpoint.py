@@ -40,7 +40,7 @@ def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], in
     """Both sides, and how many generations they have behind them."""
     header, arrays = read_arrays(path, "checkpoint")
     try:
-        different = _difference(dict(header.get("config", {})), config.model_dump())
+        different = _difference(_filled(dict(header.get("config", {}))), config.model_dump())
         if different:
             raise OtherConfigError(f"{path} belongs to another config: {different}")
         return _restore(config, arrays, header["sides"], int(header["generations"])), int(header["generations"])
@@ -76,6 +76,15 @@ def _restore(
 def _check(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
     if array.shape != shape or array.dtype != np.float32:
         raise ValueError(f"{name} must be float32 of shape {shape}, got {array.dtype} of shape {array.shape}")
+
+
+def _filled(saved: dict[str, Any], defaults: dict[str, Any] | None = None) -> dict[str, Any]:
+    """A config as it was saved, with the defaults of settings that are younger than the file."""
+    whole = dict(RunConfig().model_dump() if defaults is None else defaults)
+    for name, value in saved.items():
+        default = whole.get(name)
+        whole[name] = _filled(value, default) if isinstance(value, dict) and isinstance(default, dict) else value
+    return whole
 
 
 def _difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "") -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
@@ -10,25 +10,22 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from esp_trainer.analysis.behaviours.counts import count_behaviours
-from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.best_response import best_response
 from esp_trainer.analysis.cross_play import cross_play, own_cross_play
 from esp_trainer.analysis.history import History
+from esp_trainer.analysis.watch import watch
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.seeding import stream
-from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams, TrialBatch
+from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
 from predprey_env.policies import SCRIPTS
-from reproduction.arms import ARMS, Arm, world_of
+from reproduction.arms import Arm, world_of
 from reproduction.evolve import history_file
 
 GENERATIONS = 46
 """Generations of a run that meet each other: every tenth of the paper's 450."""
 WATCHED = 24
 """Generations whose champions are watched for behaviours."""
-WATCHED_EPISODES = 128
-PANEL_GENERATIONS = (99, 199, 299)
-"""Of each held-out run, the champions that everyone is measured against."""
+PANEL = 3
+"""Champions of each held-out run that everyone is measured against: after each third of it."""
 RESPONSE_GENERATIONS = 60
 _RESPONSE_SEED = 2000
 
@@ -40,11 +37,12 @@ def measured_file(place: Path, arm: Arm, seed: int) -> Path:
     return place / arm.name / f"seed-{seed}.npz"
 
 
-def measure(place: Path, arms: Iterable[Arm], workers: int) -> None:
-    """Measure what has not been measured yet."""
+def measure(place: Path, arms: Iterable[Arm], panels: Iterable[Arm], workers: int) -> None:
+    """Measure the runs that have not been measured yet, against the held-out runs of their world."""
+    panels = list(panels)
     todo = [(arm, seed) for arm in arms for seed in arm.seeds if not measured_file(place, arm, seed).exists()]
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        runs = [pool.submit(_measure_run, place, arm, seed) for arm, seed in todo]
+        runs = [pool.submit(_measure_run, place, arm, seed, _panel(place, arm, panels)) for arm, seed in todo]
         try:
             for run in tqdm(as_completed(runs), total=len(runs), unit="run"):
                 run.result()
@@ -53,12 +51,18 @@ def measure(place: Path, arms: Iterable[Arm], workers: int) -> None:
             raise
 
 
-def _measure_run(place: Path, arm: Arm, seed: int) -> None:
+def _panel(place: Path, arm: Arm, panels: Iterable[Arm]) -> list[Path]:
+    """The held-out runs of an arm's world: their seeds are no arm's."""
+    same_world = [panel for panel in panels if world_of(panel.config) == world_of(arm.config)]
+    return [history_file(place, panel, seed) for panel in same_world for seed in panel.seeds]
+
+
+def _measure_run(place: Path, arm: Arm, seed: int, panel: list[Path]) -> None:
     history = History.load(history_file(place, arm, seed))
     evaluator = FusedEvaluator(history.config.env, threads=1)
     found: Measured = {f"curve.{name}": values.astype(np.float32) for name, values in history.curves.items()}
     found |= _among_themselves(history, evaluator)
-    found |= _against_panel(place, history, evaluator)
+    found |= _against_panel(panel, history, evaluator)
     found |= _against_scripts(history, evaluator)
     found |= _behaviours(history, evaluator)
     if arm.part == "paper":
@@ -77,24 +81,16 @@ def _among_themselves(history: History, evaluator: FusedEvaluator) -> Measured:
     }
 
 
-def _against_panel(place: Path, history: History, evaluator: FusedEvaluator) -> Measured:
+def _against_panel(panel: list[Path], history: History, evaluator: FusedEvaluator) -> Measured:
     """Shares of prey caught, ``(GENERATIONS, n_panel)`` for predators of the run and for its prey."""
     generations, found = history.sample(GENERATIONS), {}
     for role in history.champions:
         columns = []
-        for member in _panel(place, history):
-            opponents = member.entrants(_other(role), np.array(PANEL_GENERATIONS))
+        for member in map(History.load, panel):
+            opponents = member.entrants(_other(role), len(member) * np.arange(1, PANEL + 1) // PANEL - 1)
             columns.append(_caught(role, history.entrants(role, generations), opponents, evaluator))
         found[f"panel.{role}"] = np.concatenate(columns, axis=1).astype(np.float32)
     return found
-
-
-def _panel(place: Path, history: History) -> Iterator[History]:
-    """The held-out runs of a world: their seeds are no arm's."""
-    for arm in ARMS.values():
-        if arm.part == "panel" and world_of(arm.config) == world_of(history.config):
-            for seed in arm.seeds:
-                yield History.load(history_file(place, arm, seed))
 
 
 def _against_scripts(history: History, evaluator: FusedEvaluator) -> Measured:
@@ -116,16 +112,8 @@ def _caught(role: Role, mine: Teams, theirs: Teams, evaluator: FusedEvaluator) -
 def _behaviours(history: History, evaluator: FusedEvaluator) -> Measured:
     """Rates and null rates of every behaviour in champion against champion, ``(WATCHED, 2)``."""
     generations = history.sample(WATCHED)
-    starts = evaluator.starts.held_out(stream(0, "watched"), WATCHED_EPISODES)
-    rows: dict[str, list[tuple[float, float]]] = {}
-    for generation in generations:
-        teams = [history.player(role, int(generation)).as_teams(WATCHED_EPISODES) for role in ROLES]
-        batch = TrialBatch(*teams, starts)
-        trace, captured = evaluator.trace(batch)[:, 0], evaluator.evaluate(batch).captured[:, 0]
-        paths = Paths.of_trace(trace, evaluator.env.n_predators, evaluator.env.size, captured)
-        for name, rate in count_behaviours(paths, stream(0, "null", int(generation))).items():
-            rows.setdefault(name, []).append((rate.rate, rate.null))
-    found = {f"behaviour.{name}": np.array(rates, np.float32) for name, rates in rows.items()}
+    rates = watch(history, evaluator, generations)
+    found = {f"behaviour.{name}": np.array([(r.rate, r.null) for r in row], np.float32) for name, row in rates.items()}
     return {"watched": generations} | found
 
 

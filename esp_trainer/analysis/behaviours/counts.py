@@ -1,0 +1,65 @@
+"""How often each behaviour is seen in a set of episodes, and how often it would be by chance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from esp_trainer.analysis.behaviours.null import repaired
+from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.behaviours.specialisation import NEITHER, main_roles, specialisation
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
+
+_SHUFFLES = 20
+
+
+@dataclass(frozen=True)
+class BehaviourRate:
+    """How often a behaviour is seen; nan for what cannot be asked."""
+
+    rate: float
+    """Mean over episodes."""
+
+    null: float
+    """The same where nobody reacts to anybody (:func:`.null.repaired`)."""
+
+    n: int
+    """Episodes that the rate is a mean of; of specialisation, predators with a role."""
+
+    @property
+    def excess(self) -> float:
+        """What is reported: the rate over what chance gives."""
+        return self.rate - self.null
+
+
+def count_behaviours(
+    paths: Paths, generator: np.random.Generator, thresholds: Thresholds | None = None, pairings: int = 1
+) -> dict[str, BehaviourRate]:
+    """The rate of every behaviour in the registry, and ``"specialisation"`` of predators in roles.
+
+    Args:
+        paths: Episodes of the same two teams.
+        generator: For the pairings of the null; the same one gives the same counts.
+        thresholds: The numbers in the definitions.
+        pairings: How often the null pairs episodes anew; its rates are means over all.
+    """
+    thresholds = thresholds or Thresholds()
+    nulls = [repaired(paths, generator) for _ in range(pairings)]
+    rates = {}
+    for name, detector in BEHAVIOURS.items():
+        seen = detector(paths, thresholds)
+        chance = np.concatenate([detector(null, thresholds) for null in nulls]) if detector.of_interaction else seen[:0]
+        rates[name] = BehaviourRate(_mean(seen), _mean(chance), int((~np.isnan(seen)).sum()))
+    roles = main_roles(paths, thresholds)
+    shuffled = [specialisation(generator.permuted(roles, axis=1)) for _ in range(_SHUFFLES)]
+    rates["specialisation"] = BehaviourRate(
+        specialisation(roles), _mean(np.array(shuffled)), int((roles != NEITHER).sum())
+    )
+    return rates
+
+
+def _mean(values: np.ndarray) -> float:
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if len(known) else float("nan")

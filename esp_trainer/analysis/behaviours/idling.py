@@ -1,0 +1,41 @@
+"""Standing still, which only predators may."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.analysis.behaviours.windows import steps
+
+
+def idling(paths: Paths, _: Thresholds) -> np.ndarray:
+    """The share of the predators' steps that are idle, float ``(n_episodes,)``.
+
+    "To evolve blocking strategies in predators, the idle action is often important" (V).
+    """
+    return np.asarray(_idle(paths).sum(axis=(1, 2)) / np.maximum(paths.lengths * paths.n_predators, 1))
+
+
+def parity_idle(paths: Paths, _: Thresholds) -> np.ndarray:
+    """The share of captures by a predator that had idled an odd number of times, float ``(n_episodes,)``; nan where no
+    captor is known.
+
+    On an even torus, where all move at once, a predator at an odd distance cannot land on a prey that always moves
+    until it idles once (or thrice, ...): these are the captures that idling made possible. Captors are the predators in
+    the prey's cell when it is caught; of several, one that had idled an odd number of times is enough.
+    """
+    odd = np.cumsum(_idle(paths), axis=1) % 2 == 1
+    episode, prey = np.nonzero(paths.capture_times <= paths.lengths[:, None])
+    row = paths.capture_times[episode, prey]
+    captor = paths.distances[episode, row, :, prey] == 0
+    known = captor.any(axis=1)
+    counts = np.bincount(episode[known], minlength=paths.n_episodes)
+    mended = np.bincount(episode[(captor & odd[episode, row]).any(axis=1)], minlength=paths.n_episodes)
+    return np.where(counts > 0, mended / np.maximum(counts, 1), np.nan)
+
+
+def _idle(paths: Paths) -> np.ndarray:
+    idle = np.asarray((steps(paths.predators) == 0).all(axis=3) & paths.valid[:, :, None])
+    idle[:, 0] = False
+    return idle

@@ -1,0 +1,81 @@
+"""The behaviours by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from esp_trainer.analysis.behaviours import evasion, idling, roles, surrounding, two_prey
+from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.types import Role
+
+
+@dataclass(frozen=True)
+class Detector:
+    """How a behaviour is found."""
+
+    rule: Callable[[Paths, Thresholds], np.ndarray]
+    """Its definition: the rows at which it is seen, bool ``(n_episodes, n_rows)``, or a number for each episode, float
+    ``(n_episodes,)``."""
+
+    meaning: str
+    """In one line."""
+
+    who: Role
+    """Who does it."""
+
+    min_predators: int = 1
+    """With fewer predators it cannot be asked for."""
+
+    min_prey: int = 1
+    """With fewer prey it cannot be asked for."""
+
+    of_interaction: bool = True
+    """Whether it is about what agents do to each other, so that its rate without interaction means something."""
+
+    def __call__(self, paths: Paths, thresholds: Thresholds | None = None) -> np.ndarray:
+        """A number for each episode, float ``(n_episodes,)``: 1 if it is seen, 0 if not, or a share; nan where it
+        cannot be asked for.
+        """
+        if paths.n_predators < self.min_predators or paths.n_prey < self.min_prey:
+            return np.full(paths.n_episodes, np.nan)
+        found = self.rule(paths, thresholds or Thresholds())
+        return np.asarray(found.any(axis=1), float) if found.ndim == 2 else found
+
+
+BEHAVIOURS: dict[str, Detector] = {
+    "attacker": Detector(roles.attacker, "a predator chases a prey", "predators"),
+    "blocker": Detector(roles.blocker, "a predator keeps to a place to which a prey runs", "predators"),
+    "role switch": Detector(roles.role_switch, "a blocker attacks, or an attacker blocks", "predators"),
+    "opposing attack": Detector(
+        roles.opposing_attack, "two attackers come from opposing sides", "predators", min_predators=2
+    ),
+    "encirclement": Detector(
+        surrounding.encirclement, "three predators close in with the prey inside", "predators", min_predators=3
+    ),
+    "circling": Detector(evasion.circling, "a prey goes round in a small circle, a predator on its tail", "prey"),
+    "baiting": Detector(
+        evasion.baiting, "a prey waits for two predators to converge, and leaves", "prey", min_predators=2
+    ),
+    "sidestepping": Detector(evasion.sidestepping, "a prey steps aside and passes a blocker", "prey"),
+    "reversal": Detector(
+        evasion.reversal, "a prey between predators turns round and gains distance", "prey", min_predators=2
+    ),
+    "herding": Detector(two_prey.herding, "two prey are driven together", "predators", min_predators=2, min_prey=2),
+    "simultaneous capture": Detector(
+        two_prey.simultaneous_capture, "two prey are caught within a few steps", "predators", min_prey=2
+    ),
+    "scattering": Detector(
+        two_prey.scattering, "two prey part before predators that converge", "prey", min_predators=2, min_prey=2
+    ),
+    "idling": Detector(idling.idling, "share of predators' steps that are idle", "predators", of_interaction=False),
+    "parity idle": Detector(
+        idling.parity_idle,
+        "share of captures by a predator that idled an odd number of times",
+        "predators",
+        of_interaction=False,
+    ),
+}

@@ -1,0 +1,141 @@
+"""Figures of an arms race, in one style, each saved with the data that it shows.
+
+Colours are those of Okabe & Ito, which the colour-blind can tell apart, and lines differ in dash as well; matrices are
+in viridis, which prints in grey.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy import stats
+
+PREDATORS, PREY = "#d55e00", "#0072b2"
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+_DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 1)))
+_STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "figure.dpi": 120,
+    "savefig.dpi": 160,
+    "lines.linewidth": 1.4,
+    "svg.hashsalt": "predprey-esp",
+}
+
+Table = Mapping[str, Sequence[object] | np.ndarray]
+"""Columns of equal length, by name."""
+
+
+def panels(n: int, width: float = 3.6, height: float = 2.7, columns: int = 3) -> tuple[Figure, list[Axes]]:
+    """A figure with ``n`` panels, in inches, in rows of at most ``columns``."""
+    n_columns = min(n, columns)
+    n_rows = -(-n // n_columns)
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(width * n_columns, height * n_rows), layout="constrained")
+        axes = list(figure.subplots(n_rows, n_columns, squeeze=False).flat)
+    for spare in axes[n:]:
+        spare.remove()
+    return figure, axes[:n]
+
+
+def legend(axes: Axes, **where: str) -> None:
+    """A legend that hides little."""
+    axes.legend(frameon=True, framealpha=0.6, edgecolor="none", fontsize=8, **where)
+
+
+def save(figure: Figure, path: Path, data: Table) -> None:
+    """Write the figure, and its data beside it as CSV."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(_STYLE):
+        figure.savefig(path, metadata={"Software": None} if path.suffix == ".png" else None)
+    with path.with_suffix(".csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(data)
+        for row in zip(*data.values(), strict=True):
+            writer.writerow([f"{value:.6g}" if isinstance(value, float) else value for value in row])
+
+
+def smooth(values: np.ndarray, window: int) -> np.ndarray:
+    """Running mean over the last axis, over as many values as there are at the ends."""
+    window = min(window, values.shape[-1])
+    if window <= 1:
+        return values
+    ones = np.ones(window)
+    weights = np.convolve(np.ones(values.shape[-1]), ones, "same")
+    return np.apply_along_axis(lambda row: np.convolve(row, ones, "same") / weights, -1, values)
+
+
+def curve(
+    axes: Axes,
+    x: np.ndarray,
+    runs: np.ndarray,
+    label: str,
+    number: int = 0,
+    *,
+    colour: str | None = None,
+    window: int = 1,
+) -> dict[str, np.ndarray]:
+    """A mean over runs, ``(n_runs, n)``, with its 95% interval (Student's) as a band; returns what it drew."""
+    shown = smooth(runs, window)
+    mean = shown.mean(axis=0)
+    colour = colour or COLOURS[number % len(COLOURS)]
+    axes.plot(x, mean, color=colour, linestyle=_DASHES[number % len(_DASHES)], label=label)
+    if len(runs) < 2:
+        return {f"{label}": mean}
+    half = stats.t.ppf(0.975, len(runs) - 1) * shown.std(axis=0, ddof=1) / np.sqrt(len(runs))
+    axes.fill_between(x, mean - half, mean + half, color=colour, alpha=0.2, linewidth=0)
+    return {label: mean, f"{label}, low": mean - half, f"{label}, high": mean + half}
+
+
+def matrix(
+    figure: Figure, axes: Axes, predators: np.ndarray, prey: np.ndarray, caught: np.ndarray, top: float = 1.0
+) -> dict[str, np.ndarray]:
+    """Who catches whom, ``(G, H)``: the CIAO plot of both sides (Cliff & Miller 1995), with the diagonal on which
+    contemporaries meet; below it predators meet their ancestors' prey, above it those of their descendants.
+    """
+    image = axes.pcolormesh(
+        prey, predators, caught, vmin=0, vmax=top, cmap="viridis", shading="nearest", rasterized=True
+    )
+    axes.plot([prey[0], prey[-1]], [predators[0], predators[-1]], color="white", linewidth=0.8, linestyle=":")
+    axes.set(xlabel="prey of generation", ylabel="predators of generation", aspect="equal")
+    figure.colorbar(image, ax=axes, label="share of prey caught", shrink=0.8)
+    rows, columns = np.meshgrid(predators, prey, indexing="ij")
+    return {"predators": rows.ravel(), "prey": columns.ravel(), "caught": caught.ravel()}
+
+
+def trajectories(axes: Axes, cells: np.ndarray, n_predators: int, size: int) -> dict[str, np.ndarray]:
+    """One episode's paths on the torus, like figures 4 and 6 of the paper.
+
+    Args:
+        axes: Where.
+        cells: int ``(n_steps, n_agents, 2)``, predators first, of the steps to show.
+        n_predators: How many of the agents they are.
+        size: Side of the torus.
+    """
+    for agent in range(cells.shape[1]):
+        hunts = agent < n_predators
+        path = _broken_at_seam(cells[:, agent].astype(float), size)
+        colour = PREDATORS if hunts else PREY
+        axes.plot(*path.T, color=colour, linestyle=_DASHES[agent if hunts else agent - n_predators], linewidth=1)
+        axes.plot(*cells[0, agent], marker="o", color=colour, markersize=3, fillstyle="none")
+        axes.plot(*cells[-1, agent], marker="^" if hunts else "s", color=colour, markersize=6)
+    axes.set(aspect="equal", xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(True)
+    steps, agents = np.indices(cells.shape[:2])
+    return {"step": steps.ravel(), "agent": agents.ravel(), "x": cells[..., 0].ravel(), "y": cells[..., 1].ravel()}
+
+
+def _broken_at_seam(path: np.ndarray, size: int) -> np.ndarray:
+    """A path with a gap wherever it goes round the torus, so that no line is drawn across the world."""
+    jumps = np.flatnonzero((np.abs(np.diff(path, axis=0)) > size / 2).any(axis=1)) + 1
+    return np.insert(path, jumps, np.nan, axis=0)

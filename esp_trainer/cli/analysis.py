@@ -1,0 +1,131 @@
+"""``analyse``: whether runs show an arms race, on the terminal and as figures."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis import games, phases, plots, progress
+from esp_trainer.analysis.cross_play import CrossPlay, cross_play, own_cross_play
+from esp_trainer.analysis.games import Sides
+from esp_trainer.analysis.history import History
+from esp_trainer.analysis.progress import Progress
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.types import Role
+
+_PANEL = 6  # champions of each other run that a run is measured against
+
+
+def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | None) -> int:
+    """Print whether both sides progressed, against their own opponents and, of several runs, against the others'."""
+    histories = read_runs(runs)
+    evaluator = FusedEvaluator(histories[0].config.env)
+    for i, (run, history) in enumerate(zip(runs, histories, strict=True)):
+        say(f"playing {run} ...")
+        cache = run / "analysis" / "cross-play.safetensors"
+        own = own_cross_play(history, evaluator, n_generations=generations, n_episodes=episodes, cache=cache)
+        others = [other for j, other in enumerate(histories) if j != i]
+        _tell(run, history, own, {role: _met(history, others, role, own, evaluator) for role in history.champions})
+        if figures:
+            _draw(figures, run, history, own)
+    if len(runs) == 1:
+        print("give runs of other seeds too, to measure progress against opponents that nobody here trained on")
+    return 0
+
+
+def _met(
+    history: History, others: list[History], role: Role, own: CrossPlay, evaluator: FusedEvaluator
+) -> list[np.ndarray]:
+    """Shares of prey caught when a role's sampled champions meet champions of the other runs."""
+    rows = own.predators if role == "predators" else own.prey
+    mine, matrices = history.entrants(role, rows), []
+    for other in others:
+        theirs = other.entrants("prey" if role == "predators" else "predators", other.sample(_PANEL))
+        pair = (mine, theirs) if role == "predators" else (theirs, mine)
+        matrices.append(cross_play(*pair, evaluator, n_episodes=own.n_episodes).caught)
+    return matrices
+
+
+def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.ndarray]]) -> None:
+    config, caught = history.config, own.caught
+    print(f"{run}: {config.preset}, seed {config.seed}, {len(history)} generations")
+    if min(caught.shape) < 3:  # against a script
+        some = caught.ravel()[np.linspace(0, caught.size - 1, 8).round().astype(int)]
+        print(f"  prey caught, from early to late   {' '.join(f'{share:.2f}' for share in some)}")
+        return
+    corners, both = progress.early_late(caught), progress.historical_progress(caught)
+    print(f"  {caught.shape[0]} x {caught.shape[1]} generations, {own.n_episodes} episodes each; share of prey caught:")
+    print(f"    {'':18}early prey   late prey")
+    print(f"    early predators   {corners.early_hunt_early:10.2f}  {corners.early_hunt_late:10.2f}")
+    print(f"    late predators    {corners.late_hunt_early:10.2f}  {corners.late_hunt_late:10.2f}")
+    print(f"  progress against the run's own opponents   {_progress(both)}")
+    if len(met) == 2 and met["predators"]:
+        against = progress.global_progress(met["predators"], met["prey"])
+        print(f"  progress against those of the other runs   {_progress(against)}")
+    dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
+    print(f"  dominance tournament   {len(dominant)} dominant: generations {', '.join(map(str, dominant))}")
+    share = games.decompose(caught, own.n_episodes).transitive_share
+    print(f"  who beats whom         {100 * share:.0f}% a ladder, {100 - 100 * share:.0f}% depends on the opponent")
+    game = games.solve(caught)
+    exploit = games.exploitability_of_generations(caught)
+    print(
+        f"  as a game              value {game.value:.2f}; optimal play mixes {game.support.predators} predator and "
+        f"{game.support.prey} prey generations"
+    )
+    worst = f"predators {exploit.predators[-1]:.2f}, prey {exploit.prey[-1]:.2f}"
+    print(f"  the last generation    loses of that, against its worst opponent of the run: {worst}")
+    curve = history.curves["caught"]
+    if len(curve) >= 2 * phases.MIN_LENGTH:
+        found = phases.phases(curve)
+        words = ", ".join(f"{p.start}-{p.end - 1}: {p.mean:.2f}" for p in found)
+        print(f"  phases of success      {words} of the prey caught")
+        alternation = phases.alternation(curve, np.random.default_rng(0))
+        print(f"  alternations           {alternation.count}; by chance as many with p = {alternation.p:.2g}")
+
+
+def _progress(both: Sides[Progress]) -> str:
+    predators, prey = both
+    return f"predators {predators.strength:+.2f}, prey {prey.strength:+.2f}; two-sided {progress.two_sided(both):+.2f}"
+
+
+def _draw(place: Path, run: Path, history: History, own: CrossPlay) -> None:
+    name = run.resolve().name
+    figure, (axes,) = plots.panels(1, width=4.6, height=3.9)
+    data = plots.matrix(figure, axes, own.predators, own.prey, own.caught, top=max(0.5, float(own.caught.max())))
+    axes.set_title("who catches whom")
+    plots.save(figure, place / f"{name}-ciao.png", data)
+
+    figure, (axes,) = plots.panels(1, width=5.5, height=3)
+    curve = history.curves["caught"]
+    drawn = plots.curve(axes, np.arange(len(curve)), curve[None], "prey caught, 15 generations' mean", 0, window=15)
+    axes.set(xlabel="generation", ylabel="share of prey", ylim=(0, 1), title="champion against champion")
+    plots.save(figure, place / f"{name}-success.png", {"generation": np.arange(len(curve)), "caught": curve, **drawn})
+
+    if own.caught.shape[0] == own.caught.shape[1]:
+        both = progress.master_tournament(own.caught)
+        figure, (axes,) = plots.panels(1, width=5.5, height=3)
+        drawn = plots.curve(axes, own.predators, both.predators[None], "predators: prey caught", colour=plots.PREDATORS)
+        drawn |= plots.curve(axes, own.prey, both.prey[None], "prey: not caught", 1, colour=plots.PREY)
+        axes.set(xlabel="generation", ylabel="against all opponents of the run", ylim=(0, 1), title="master tournament")
+        plots.legend(axes)
+        plots.save(figure, place / f"{name}-master.png", {"generation": own.predators, **drawn})
+    print(f"  figures                {place / name}-*.png")
+
+
+def read_runs(runs: list[Path]) -> list[History]:
+    """What the directories hold; :class:`ValueError` for runs that cannot be compared."""
+    histories = [History.of_run(run) for run in runs]
+    first = histories[0]
+    for run, history in zip(runs, histories, strict=True):
+        if history.config.env != first.config.env:
+            raise ValueError(f"runs must play in the same world, got {runs[0]} and {run}, whose env differ")
+        if len(history) != len(first):
+            raise ValueError(f"runs must be of the same length, got {len(first)} and {len(history)} generations")
+    return histories
+
+
+def say(line: str) -> None:
+    """To standard error, as what is printed may go to a file."""
+    print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,69 @@
+"""``behaviours``: what champions do, on the terminal."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.inference import over_seeds
+from esp_trainer.analysis.watch import watch
+from esp_trainer.cli.analysis import read_runs, say
+from esp_trainer.evaluation.fused import FusedEvaluator
+
+_COLUMNS = 7  # generations that fit on a terminal
+
+
+def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | None) -> int:
+    """Print how often each behaviour is seen, beyond chance, by generation; of several runs the mean."""
+    histories = read_runs(runs)
+    shown = histories[0].sample(generations)
+    evaluator = FusedEvaluator(histories[0].config.env)
+    found = []
+    for run, history in zip(runs, histories, strict=True):
+        say(f"watching {run} ...")
+        found.append(watch(history, evaluator, shown, n_episodes=episodes))
+    names = list(found[0])
+    rates = np.array([[[(r.rate, r.null) for r in rows[name]] for name in names] for rows in found])
+    if table:
+        _write(table, runs, shown, names, rates)
+    columns = np.unique(np.linspace(0, len(shown) - 1, _COLUMNS).round().astype(int))
+    print(f"{episodes} episodes a generation, champion against champion; rate minus rate by chance, in per cent")
+    print(f"{'generation':22}" + "".join(f"{shown[column]:>8}" for column in columns))
+    for name, excess in zip(names, np.moveaxis(100 * _excess(rates), 1, 0), strict=True):
+        cells = "".join(f"{_cell(excess[:, column]):>8}" for column in columns)
+        print(f"{name:22}{cells}")
+    print("idling and parity idle are plain rates: nothing in them is between predators and prey")
+    if len(runs) > 1:
+        print(f"means of {len(runs)} runs, with half their 95% intervals behind ±")
+    return 0
+
+
+def _excess(rates: np.ndarray) -> np.ndarray:
+    """Rates over chance ``(..., 2)``; where chance has no meaning, the rates."""
+    rate, null = rates[..., 0], rates[..., 1]
+    return np.where(np.isnan(null), rate, rate - null)
+
+
+def _cell(values: np.ndarray) -> str:
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return "-"
+    if len(known) == 1:
+        return f"{known[0]:.0f}"
+    estimate = over_seeds(known)
+    return f"{estimate.mean:.0f}±{estimate.high - estimate.mean:.0f}"
+
+
+def _write(path: Path, runs: list[Path], generations: np.ndarray, names: list[str], rates: np.ndarray) -> None:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["run", "generation", "behaviour", "rate", "rate by chance", "meaning"])
+        for run, of_run in zip(runs, rates, strict=True):
+            for name, of_name in zip(names, of_run, strict=True):
+                meaning = BEHAVIOURS[name].meaning if name in BEHAVIOURS else "predators keep to a role"
+                for generation, (rate, null) in zip(generations, of_name, strict=True):
+                    writer.writerow([run, generation, name, f"{rate:.6g}", f"{null:.6g}", meaning])
+    print(f"every generation is in {path}")

@@ -1,0 +1,76 @@
+"""The moment that shows each behaviour best, as figures 4 and 6 of the paper show theirs; picked by the detectors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis import plots
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.analysis.history import History
+from esp_trainer.analysis.watch import episodes
+from esp_trainer.evaluation.fused import FusedEvaluator
+from reproduction.evolve import history_file
+from reproduction.results import Results
+
+_BEFORE, _AFTER = 30, 8  # steps that are shown around the moment
+_SHOWN = [name for name, detector in BEHAVIOURS.items() if detector.of_interaction]
+
+
+def find(runs: Path, results: Mapping[str, Results], kept: Path) -> None:
+    """Keep a moment of each behaviour, in ``moments.npz``, from the run and generation in which it is seen most."""
+    found: dict[str, np.ndarray] = {}
+    for name in _SHOWN:
+        arm = "paper-3v2" if BEHAVIOURS[name].min_prey > 1 else "paper-3v1"
+        if arm in results and (moment := _best(runs, results[arm], name)):
+            about, cells = moment
+            found[name] = cells.astype(np.int16)
+            found[f"{name}, about"] = np.array(json.dumps(about))
+    if found:
+        kept.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(kept / "moments.npz", **found)
+
+
+def _best(runs: Path, results: Results, name: str) -> tuple[dict[str, object], np.ndarray] | None:
+    """Where it was from and the cells of the steps, int ``(n_steps, n_agents, 2)``; None if it was never seen."""
+    rates = np.nan_to_num(results[f"behaviour.{name}"][..., 0].astype(float))
+    run, watched = np.unravel_index(rates.argmax(), rates.shape)
+    seed, generation = results.arm.seeds[run], int(results["watched"][run][watched])
+    path = history_file(runs, results.arm, seed)
+    if rates[run, watched] <= 0 or not path.exists():
+        return None
+    history = History.load(path)
+    trace, paths = episodes(history, FusedEvaluator(history.config.env), generation)
+    rows = BEHAVIOURS[name].rule(paths, Thresholds())
+    if rows.ndim == 1:  # a number for each episode: its end
+        episode = int(np.nan_to_num(rows).argmax())
+        step = int(paths.lengths[episode])
+    else:
+        episode = int(rows.any(axis=1).argmax())
+        step = int(rows[episode].argmax())
+    last = min(step + _AFTER, int(paths.lengths[episode]))
+    about = {"arm": results.arm.name, "seed": seed, "generation": generation, "rate": float(rates[run, watched])}
+    return about, trace[episode, max(0, step - _BEFORE) : last + 1]
+
+
+def draw(results: Mapping[str, Results], kept: Path, place: Path) -> None:
+    """All moments in one figure; of a behaviour that no detector ever saw, an empty panel that says so."""
+    file = kept / "moments.npz"
+    moments = dict(np.load(file)) if file.exists() else {}
+    figure, axes = plots.panels(len(_SHOWN), width=2.6, height=2.8, columns=4)
+    rows: list[tuple[object, ...]] = []
+    for panel, name in zip(axes, _SHOWN, strict=True):
+        if name not in moments:
+            panel.set(title=f"{name}: never seen", xticks=[], yticks=[])
+            continue
+        about, cells = json.loads(str(moments[f"{name}, about"])), moments[name].astype(int)
+        env = results[about["arm"]].arm.config.env
+        data = plots.trajectories(panel, cells, env.n_predators, env.size)
+        panel.set_title(f"{name}\n{about['arm']}, seed {about['seed']}, gen. {about['generation']}", fontsize=8)
+        rows += [(name, *row) for row in zip(*data.values(), strict=True)]
+    columns = zip(*rows, strict=True) if rows else [()] * 5
+    plots.save(figure, place / "moments.png", dict(zip(("behaviour", "step", "agent", "x", "y"), columns, strict=True)))
