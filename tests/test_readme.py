@@ -43,7 +43,7 @@ def test_the_readme_marks_the_two_commands(block: str) -> None:
 def test_commands_of_the_readme_exist() -> None:
     commands = set(re.findall(r"^esp-trainer (\w+)", README, re.MULTILINE))
     assert commands
-    assert commands <= {"train", "resume", "evaluate", "show", "replay", "presets"}
+    assert commands <= {"train", "resume", "evaluate", "show", "replay", "presets", "analyse", "behaviours"}
 
 
 def test_every_tool_that_is_tried_has_tests_a_snippet_and_a_row() -> None:

@@ -43,6 +43,11 @@ class Results:
         """Who catches whom in each run, ``(n_seeds, G, H)``."""
         return np.asarray(self["own.captured"].sum(axis=-1) / self["met"][:, None, None].sum(axis=-1))
 
+    @property
+    def episodes(self) -> int:
+        """Behind each share of :attr:`caught`."""
+        return int(self["met"][0].sum()) // self.arm.config.env.n_prey
+
     def late(self, curve: str) -> np.ndarray:
         """A curve's mean over the last third of the run, ``(n_seeds,)``."""
         values = self[f"curve.{curve}"].astype(float)
@@ -84,8 +89,7 @@ class Results:
 
     def cyclic_share(self) -> np.ndarray:
         """Share of who beats whom that depends on the opponent, ``(n_seeds,)``."""
-        episodes = int(self["met"][0].sum()) // self.arm.config.env.n_prey
-        return np.array([1 - games.decompose(caught, episodes).transitive_share for caught in self.caught])
+        return np.array([1 - games.decompose(caught, self.episodes).transitive_share for caught in self.caught])
 
     def behaviour(self, name: str) -> np.ndarray:
         """Rate over chance by watched generation, ``(n_seeds, n_watched)``; where chance has no meaning, the rate."""

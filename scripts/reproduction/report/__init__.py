@@ -1,0 +1,67 @@
+"""``docs/reproduction.md``: what the measurements say, as Markdown. Every number in it is made here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from reproduction.claims import Verdict
+from reproduction.report.behaviours import behaviours
+from reproduction.report.claims import claims
+from reproduction.report.parity import cycles, parity
+from reproduction.report.race import curves, exploitable, games, progress
+from reproduction.report.settings import sensitivity, settings
+from reproduction.results import Results
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a report came from."""
+
+    command: str
+    commit: str
+    versions: str
+
+
+def write(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Origin) -> str:
+    """The whole page."""
+    parts = [
+        _head(results, origin),
+        claims(list(verdicts)),
+        curves(results),
+        progress(results),
+        parity(results),
+        cycles(results),
+        games(results),
+        exploitable(results),
+        behaviours(results),
+        settings(results, "Ablations", ("paper", "ablation"), "ablations"),
+        sensitivity(results),
+        _method(),
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _head(results: dict[str, Results], origin: Origin) -> str:
+    n_runs = sum(found.n_seeds for found in results.values())
+    return f"""# The paper's experiments over many seeds
+
+`{origin.command}` at commit {origin.commit}, {origin.versions}: {n_runs} runs of {len(results)} settings. This page and its
+figures are made by that command; each figure's data lies beside it as CSV, and the measurements of every run in
+[`data/`](reproduction/data). The paper shows "a typical run"; here a claim is a number for each seed, an interval over seeds
+and a test, and the agents are measured against opponents that stand still, most of them champions of seeds that nobody
+trained on."""
+
+
+def _method() -> str:
+    return """## How it was measured
+
+- **Runs.** Each setting with the seeds 0 and up; the panel of held-out opponents from seeds 1000 to 1002 of the same world, half
+  of them with raw and half with scaled offsets, three champions of each run. No run of a panel is part of a result.
+- **Matches.** 64 episodes a pair, the same starts for all, holding the parities in their true proportions.
+- **Intervals** over seeds are Student's for means; differences between settings are Hodges-Lehmann's with the interval of the rank
+  test. **Tests**: sign flips for one setting against a number, Mann-Whitney between settings; Holm's correction over all claims.
+- **Verdicts.** *Not supported*: the whole interval is below the smallest difference that would matter (0.05 of the prey or episodes,
+  0.02 of progress, 0.02 for a behaviour: once in fifty episodes), or the corrected test finds the contrary. *Supported*: the corrected
+  test finds it. Else *undecided*. A claim of no change is supported where the whole interval is within that difference.
+- **Early** and **late** are the first and the last sixth of the generations."""
