@@ -45,7 +45,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
     ),
     "combiner-3v1": (
         "the same for a single prey",
-        RunConfig(env=_ONE_PREY, predators=_MONOLITHIC, prey=SideConfig(controller="combiner")),
+        RunConfig(env=_ONE_PREY, prey=SideConfig(controller="combiner")),
     ),
     "fleeing-prey": (
         "predators evolve against the fixed prey of Yong & Miikkulainen, which runs from the nearest",

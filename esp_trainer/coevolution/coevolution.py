@@ -39,7 +39,7 @@ class Trials:
     caught: float
     """Share of prey caught."""
     opponents: Teams
-    """Whom they met."""
+    """Whom they met, by number: breeding changes the genomes of those that were sampled."""
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,8 @@ def _measure_run(place: Path, arm: Arm, seed: int, panel: list[Path]) -> None:
     found |= _among_themselves(history, evaluator)
     found |= _against_panel(panel, history, evaluator)
     found |= _against_scripts(history, evaluator)
-    found |= _behaviours(history, evaluator)
     if arm.part == "paper":
+        found |= _behaviours(history, evaluator)
         found |= _best_responses(history, evaluator)
     beside = measured_file(place, arm, seed).with_suffix(".part")
     with beside.open("wb") as file:

@@ -41,6 +41,11 @@ def refusal(fields: dict[str, Any]) -> str:
         ({"seed": True}, "seed must be an integer, got True"),
         ({"prey": {"output": "tanh"}}, "prey.output must be 'logistic' or 'linear', got 'tanh'"),
         ({"prey": {"bias": 1}}, "prey.bias must be a boolean, got 1"),
+        (
+            {"predators": {"controller": "sum"}},
+            "predators.controller must be 'split', 'monolithic', 'combiner', 'double', 'pairs' or 'central', got 'sum'",
+        ),
+        ({"esp": {"fitness_sharing": "yes"}}, "esp.fitness_sharing must be a boolean, got 'yes'"),
     ],
 )
 def test_a_field_out_of_range_is_refused_with_its_section(fields: dict[str, Any], line: str):
@@ -88,6 +93,11 @@ def test_fields_that_do_not_fit_together_are_refused(fields: dict[str, Any], wor
     assert all(part in line for part in words)
 
 
+def test_fitness_is_shared_and_networks_are_combined_only_where_one_asks_for_it():
+    assert not EspConfig().fitness_sharing
+    assert SideConfig().controller == "split"
+
+
 def test_a_section_that_is_no_mapping_is_refused():
     assert refusal({"esp": 5}).startswith("esp must be ")
 
@@ -119,8 +129,9 @@ def test_a_config_survives_json():
     config = RunConfig(
         seed=2**63 - 1,
         env=EnvConfig(size=101),
-        predators=SideConfig(input_scale=0.2),
-        esp=EspConfig(pairing="mixed"),
+        predators=SideConfig(input_scale=0.2, controller="combiner"),
+        prey=SideConfig(controller="central"),
+        esp=EspConfig(pairing="mixed", fitness_sharing=True),
         champion=ChampionConfig(method="argmax"),
     )
     assert RunConfig.from_dict(json.loads(json.dumps(config.model_dump()))) == config

@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
+from esp_trainer.coevolution.sides import side_controller
 from esp_trainer.config import EspConfig, RunConfig
 from esp_trainer.presets import PRESETS, preset
+from predprey_env import EnvConfig
+
+if TYPE_CHECKING:
+    from esp_trainer.types import Role
 
 PAPER = ["paper-3v2", "paper-3v1", "monolithic-3v2", "monolithic-3v1", "monolithic-3v1-wide", "fleeing-prey"]
+BESIDE = ["matched-3v2", "matched-3v1", "combiner-3v2", "combiner-3v1", "fleeing-prey-central"]
+"""What takes the paper's systems apart, puts them together further, or is compared with them."""
+
+
+def n_genes(name: str, role: Role) -> int:
+    """How many genes a team has that its networks read."""
+    config = preset(name)
+    controller = side_controller(config, role)
+    n_genomes = config.env.team(role).n_agents // controller.n_together
+    return n_genomes * controller.n_hidden * sum(controller.used_genes)
 
 
 def test_there_is_a_preset_for_each_experiment_and_a_small_one():
-    assert list(PRESETS) == [*PAPER, "smoke"]
+    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, "smoke"])
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -44,8 +61,8 @@ def test_paper_presets_have_the_parameters_of_section_v(name: str):
     assert config.predators.output == "logistic"
 
 
-@pytest.mark.parametrize("name", PAPER)
-def test_paper_presets_differ_only_in_the_world_and_in_who_plays(name: str):
+@pytest.mark.parametrize("name", [*PAPER, *BESIDE])
+def test_all_but_the_small_one_differ_only_in_the_world_and_in_who_plays(name: str):
     config, default = preset(name), RunConfig()
     same = config.replace(preset="custom", env=default.env, predators=default.predators, prey=default.prey)
     assert same == default
@@ -76,6 +93,57 @@ def test_presets_have_the_teams_and_networks_of_section_vi(name: str, n_prey: in
 def test_the_wide_preset_has_more_hidden_neurons_in_the_prey_alone():
     config = preset("monolithic-3v1-wide")
     assert (config.predators.n_hidden, config.prey.n_hidden) == (10, 30)
+
+
+@pytest.mark.parametrize(
+    ("name", "n_prey", "predators", "prey"),
+    [
+        ("matched-3v2", 2, "monolithic", "monolithic"),
+        ("matched-3v1", 1, "split", "monolithic"),
+        ("combiner-3v2", 2, "combiner", "combiner"),
+        ("combiner-3v1", 1, "monolithic", "combiner"),
+        ("fleeing-prey-central", 1, "central", "split"),
+    ],
+)
+def test_what_stands_beside_them_plays_on_their_worlds(name: str, n_prey: int, predators: str, prey: str):
+    config = preset(name)
+    assert config.env == EnvConfig(n_prey=n_prey)
+    assert (config.predators.controller, config.prey.controller) == (predators, prey)
+    for side in (config.predators, config.prey):
+        assert set(side.model_dump(exclude_defaults=True)) <= {"controller", "n_hidden", "policy"}
+
+
+@pytest.mark.parametrize(
+    ("name", "like", "role", "tolerance"),
+    [
+        ("matched-3v2", "paper-3v2", "predators", 0.05),  # no number of hidden neurons is nearer
+        ("matched-3v2", "paper-3v2", "prey", 0.0),
+        ("matched-3v1", "paper-3v1", "predators", 0.0),
+        ("matched-3v1", "paper-3v1", "prey", 0.0),
+        ("combiner-3v1", "paper-3v1", "predators", 0.0),
+        ("fleeing-prey-central", "fleeing-prey", "predators", 0.0),
+    ],
+)
+def test_what_is_compared_has_as_many_genes(name: str, like: str, role: Role, tolerance: float):
+    assert abs(n_genes(name, role) / n_genes(like, role) - 1) <= tolerance
+
+
+def test_the_genes_of_the_papers_teams_counted_by_hand():
+    """A neuron has its inputs and its outputs; ten of them to a network."""
+    assert n_genes("paper-3v2", "predators") == 3 * 2 * 10 * (2 + 5)
+    assert n_genes("paper-3v2", "prey") == 2 * 3 * 10 * (2 + 4)
+    assert n_genes("matched-3v2", "predators") == 3 * 16 * (4 + 5)
+    assert abs(15 * (4 + 5) - 140) > abs(16 * (4 + 5) - 140) < abs(17 * (4 + 5) - 140)
+    assert n_genes("monolithic-3v2", "predators") == 3 * 10 * (4 + 5)
+    assert n_genes("combiner-3v2", "predators") == 3 * (2 * 10 * (2 + 5) + 10 * (10 + 5))
+    assert n_genes("combiner-3v1", "prey") == 3 * 10 * (2 + 4) + 10 * (12 + 4)
+    assert n_genes("fleeing-prey-central", "predators") == 10 * (6 + 15)
+
+
+def test_one_network_for_the_whole_team_is_all_that_differs_from_the_fleeing_prey():
+    central, apart = preset("fleeing-prey-central"), preset("fleeing-prey")
+    assert central.replace(preset=apart.preset, predators=apart.predators) == apart
+    assert central.predators.replace(controller="split") == apart.predators
 
 
 def test_the_fixed_prey_of_yong_flees_from_three_predators():

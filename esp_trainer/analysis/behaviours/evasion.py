@@ -36,13 +36,13 @@ def baiting(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
     "intelligent baiting behavior by waiting for the two predators to converge towards it before moving away in a
     direction opposite to that of the predators" (VI.B). A prey cannot stand still: it waits where it keeps to a box of
-    side ``area`` for ``wait`` steps. In that time two predators come nearer by ``approach`` each, to at most
-    ``converged``, and are seen from different sides, at least 60 degrees apart. Over the next ``escape`` steps it gets
+    side ``pause`` for ``wait`` steps. In that time two predators come nearer by ``approach`` each, to at most
+    ``converged``, and are seen from different sides, at least 90 degrees apart. Over the next ``escape`` steps it gets
     at least 8 tenths as far as it can, towards neither of the two (at least 70 degrees off where they stood), and is
     free at the end.
     """
     on = thresholds.escape
-    waits = (extent(paths.prey, thresholds.wait) <= thresholds.area) & _free(paths, thresholds.wait, on)
+    waits = (extent(paths.prey, thresholds.wait) <= thresholds.pause) & _free(paths, thresholds.wait, on)
     way = ahead(paths.prey, on) - paths.prey
     leaves = np.abs(way).sum(axis=3) >= 0.8 * on
     nearer = ago(paths.distances, thresholds.wait) - paths.distances
@@ -52,7 +52,7 @@ def baiting(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     found = np.zeros(waits.shape, bool)
     for one in range(paths.n_predators):
         for other in range(one):
-            apart = cosine(paths.offsets[:, :, one], paths.offsets[:, :, other]) <= 0.5 + 1e-9
+            apart = dot(paths.offsets[:, :, one], paths.offsets[:, :, other]) <= 0
             found |= baited[:, :, one] & baited[:, :, other] & apart
     return np.asarray(found.any(axis=2))
 
@@ -61,9 +61,9 @@ def sidestepping(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     """Rows at which a prey that runs at a blocker is about to step aside and pass it, bool ``(n_episodes, n_rows)``.
 
     "the prey learns to avoid the blocker by sidestepping as it crosses the blocker's path" (VI.B). The prey has run
-    ``run`` steps straight at a predator that blocks it (see :func:`roles.blocks`), or that is in its way by at most one
-    cell to the side and did not itself run along that line; within ``escape`` steps it is past it, level or beyond in
-    the direction in which it ran, by its own steps in that direction and with some across, and free.
+    ``run`` steps straight at a predator that blocks it (see :func:`.roles.blocks`), at most ``converged`` ahead and at
+    most one cell to the side. Within ``escape`` steps the predator is behind it, because the prey passed it: by steps
+    of its own in the direction in which it ran, and with a shift to the side. The prey is free then.
     """
     direction = running(paths, thresholds.run)[:, :, None]
     forward = dot(paths.offsets, direction)

@@ -40,7 +40,11 @@ class Thresholds:
     steps away from the straight line path of the prey")."""
 
     wait: int = 8
-    """A prey that stays in a small area this long waits: two ways there and back along it."""
+    """A prey that stays in a tiny area this long waits: twice round the smallest circle, or four times there and
+    back."""
+
+    pause: int = 2
+    """Longest side of that area, in steps: one that meanders on leaves it."""
 
     converged: int = 6
     """Who converges on a prey comes this close: three steps before they would meet head-on."""

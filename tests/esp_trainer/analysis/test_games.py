@@ -133,6 +133,20 @@ def test_sampling_noise_is_taken_off(decomposed: Callable[..., Decomposition], s
     assert np.mean([s.cyclic for s in samples]) == pytest.approx(truth.cyclic, rel=tolerance)
 
 
+def test_the_noise_of_a_small_game_is_worked_out_by_hand():
+    # Mean 0.5, rows and columns +-0.1: a ladder of 0.2, 0, 0, -0.2 and a rest of +-0.2, in squares 0.02 and 0.04. The
+    # variances p (1 - p) / 10 are 0.009, 0.021, 0.021, 0.025, in the mean 0.019: half is the ladder's, a quarter the
+    # rest's, a quarter the overall mean's.
+    parts = decompose(np.array([[0.9, 0.3], [0.3, 0.5]]), episodes=11)
+    assert (parts.transitive, parts.cyclic) == pytest.approx((0.02 - 0.019 / 2, 0.04 - 0.019 / 4))
+
+
+def test_what_is_less_than_noise_is_nothing():
+    for decomposed in (decompose, decompose_generations):
+        parts = decomposed(np.full((4, 4), 0.5), episodes=10)
+        assert (parts.transitive, parts.cyclic) == (0, 0)
+
+
 def test_noise_about_a_ladder_is_no_cycle():
     caught = np.clip(0.5 + 0.04 * np.subtract.outer(np.arange(12), np.arange(12)), 0, 1)
     sampled = np.random.default_rng(0).binomial(50, caught) / 50
@@ -145,6 +159,7 @@ def test_noise_about_a_ladder_is_no_cycle():
         (lambda: as_shares(np.zeros(3)), r"caught must have shape \(G, H\), got \(3,\)"),
         (lambda: as_shares(np.zeros((0, 3))), r"got \(0, 3\)"),
         (lambda: as_shares(np.array([[0.5, 1.5]])), r"caught must lie in \[0, 1\], got 0.5 to 1.5"),
+        (lambda: as_shares(np.array([[-0.5, 0.5]])), r"caught must lie in \[0, 1\], got -0.5 to 0.5"),
         (lambda: as_shares(np.array([[0.5, np.nan]])), r"caught must lie in \[0, 1\], got nan to nan"),
         (lambda: as_square(np.zeros((2, 3))), r"same generations on both sides, got shape \(2, 3\)"),
         (lambda: decompose(np.zeros((1, 3))), r"at least two generations of each side, got shape \(1, 3\)"),

@@ -35,13 +35,25 @@ def test_intervals_of_ten_seeds_hold_the_mean_95_times_in_100():
 
 
 def test_groups_are_compared_by_hand():
-    # Differences 2, 3, 4, 1, 2, 3, 0.5, 1.5, 2.5 (a less b): all above 0, so U = 9 and p = 2 / (6 over 3) = 0.1.
+    # Differences 2, 3, 4, 1, 2, 3, 0.5, 1.5, 2.5 (a less b): all above 0, so U = 9 and p is 2 of 20 orders, 0.1: three
+    # against three can't reach 0.05, so no interval of 95% ends.
     found = compare([5, 4, 3.5], [3, 2, 1])
     assert found.difference == 2
     assert found.effect == 1
     assert found.p == pytest.approx(0.1)
-    assert (found.low, found.high) == (0.5, 4)  # 4.5 - 1.96 sqrt(9 * 7 / 12) = 0.01 pairs may lie outside: none whole
-    assert compare([1, 2], [3, 4]).low == -inf
+    assert (found.low, found.high) == (-inf, inf)
+
+
+def test_ties_are_tested_with_their_variance():
+    # U = 2.5 of 16, 5.5 below its mean, with variance 16 / 12 * (9 - (24 + 6 + 6) / 56) = 11.143: with the correction
+    # for continuity z = 5 / 3.338 = 1.498, and p = 0.134 in any table.
+    assert compare([1, 2, 2, 3], [2, 3, 4, 4]).p == pytest.approx(0.1342, abs=1e-4)
+
+
+def test_the_interval_of_four_against_four_is_the_whole_range():
+    # The critical value of U for four and four at 0.05 is 0 in any table.
+    found = compare([5, 6, 7, 8], [1, 2, 3, 3.5])
+    assert (found.low, found.high) == (1.5, 7)
 
 
 def test_the_interval_of_ten_against_ten_leaves_23_pairs_out_on_each_side():
@@ -54,7 +66,7 @@ def test_the_interval_of_ten_against_ten_leaves_23_pairs_out_on_each_side():
 
 def test_cliffs_delta_counts_pairs():
     # Of six pairs two above, one tie, three below.
-    assert compare([1, 3], [0, 3, 4]).effect == pytest.approx((3 - 2) / 6)
+    assert compare([1, 3], [0, 3, 4]).effect == pytest.approx((2 - 3) / 6)
 
 
 @given(samples, samples)

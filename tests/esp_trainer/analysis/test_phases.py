@@ -93,8 +93,9 @@ def test_cycles_are_told_from_wandering():
     assert found == alternation(square, np.random.default_rng(0), n_surrogates=99)
 
 
-def test_a_curve_without_phases_has_no_alternation():
-    found = alternation(wandering(0.0, 150, seed=0), np.random.default_rng(0))
+@pytest.mark.parametrize("curve", [wandering(0.0, 150, seed=0), np.full(50, 0.5)])
+def test_a_curve_without_phases_has_no_alternation(curve: np.ndarray):
+    found = alternation(curve, np.random.default_rng(0))
     assert (found.count, found.p) == (0, 1.0)
 
 
