@@ -101,7 +101,7 @@ def test_the_wide_preset_has_more_hidden_neurons_in_the_prey_alone():
         ("matched-3v2", 2, "monolithic", "monolithic"),
         ("matched-3v1", 1, "split", "monolithic"),
         ("combiner-3v2", 2, "combiner", "combiner"),
-        ("combiner-3v1", 1, "monolithic", "combiner"),
+        ("combiner-3v1", 1, "split", "combiner"),
         ("fleeing-prey-central", 1, "central", "split"),
     ],
 )
