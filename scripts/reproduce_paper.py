@@ -6,7 +6,7 @@ on two cores; ``--quick`` does all of it in small, in a minute, to see that it w
 
     python scripts/reproduce_paper.py              # into docs/
     python scripts/reproduce_paper.py --report     # only the report and figures again, from the data that is kept
-    python scripts/reproduce_paper.py --quick --out /tmp/quick
+    python scripts/reproduce_paper.py --quick      # into runs/quick
 """
 
 from __future__ import annotations
@@ -33,10 +33,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
     parser.add_argument("--report", action="store_true", help="run nothing")
-    parser.add_argument("--runs", type=Path, default=Path("runs/reproduction"), help="where runs are kept")
-    parser.add_argument("--out", type=Path, default=Path("docs"), help="where the report goes")
+    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/reproduction, or runs/quick")
+    parser.add_argument("--out", type=Path, help="where the report goes; by default docs, or runs/quick")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes; by default one a core")
     options = parser.parse_args()
+    options.runs = options.runs or Path("runs/quick" if options.quick else "runs/reproduction")
+    options.out = options.out or Path("runs/quick" if options.quick else "docs")
     arms = small(ARMS) if options.quick else ARMS
     kept = options.out / "reproduction" / "data"
     panels = [arm for arm in arms.values() if arm.part == "panel"]
@@ -70,7 +72,15 @@ def draw(results: dict[str, Results], kept: Path) -> None:
     """Every figure, with its data, beside what is kept."""
     place = kept.parent
     moments.draw(results, kept, place)
-    for figure in (figures.success, figures.ciao, figures.master, figures.held_out, figures.behaviours, figures.parity):
+    for figure in (
+        figures.success,
+        figures.ciao,
+        figures.master,
+        figures.held_out,
+        figures.behaviours,
+        figures.parity,
+        figures.scripts,
+    ):
         figure(results, place)
     figures.forest(results, place, "ablations", ("paper", "ablation"))
     if any(found.arm.part == "sensitivity" for found in results.values()):
@@ -79,10 +89,13 @@ def draw(results: dict[str, Results], kept: Path) -> None:
 
 def origin() -> report.Origin:
     """The command and the versions behind a report."""
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
+    try:
+        commit = subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
+    except (OSError, subprocess.CalledProcessError):  # no git, or no repository
+        commit = "unknown"
     packages = ", ".join(f"{name} {version(name)}" for name in ("predprey-esp", "numpy", "numba"))
     command = " ".join(["python", "scripts/reproduce_paper.py", *sys.argv[1:]])
-    return report.Origin(command, commit.stdout.strip() or "unknown", packages)
+    return report.Origin(command, commit, packages)
 
 
 if __name__ == "__main__":

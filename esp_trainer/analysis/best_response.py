@@ -64,7 +64,12 @@ def best_response(
         n_generations: Of the fresh evolution.
         seed: Of the fresh evolution; should not be that of the run.
         watch: Called after each of its generations.
+
+    Raises:
+        ValueError: The role follows a script in this run, so that there are no settings to evolve it by.
     """
+    if role not in history.champions:
+        raise ValueError(f"{role} must evolve in this run to answer anew, but follow a script")
     generation = range(len(history))[generation]
     other: Role = ROLES[1 - ROLES.index(role)]
     config = history.config.replace(seed=seed, generations=n_generations)

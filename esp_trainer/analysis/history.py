@@ -98,7 +98,13 @@ class History:
         header, arrays = read_arrays(Path(path), "history", finite=False)
         champions = {role: arrays[f"champions.{role}"] for role in ROLES if f"champions.{role}" in arrays}
         curves = {name.removeprefix("curves."): array for name, array in arrays.items() if name.startswith("curves.")}
-        return cls(RunConfig.from_dict(header["config"]), champions, curves)
+        try:
+            config = RunConfig.from_dict(header["config"])
+            return cls(config, champions, {name: curves[name] for name in CURVES})
+        except KeyError as error:
+            raise DamagedFileError(f"{path} is not a usable history: {error.args[0]} is missing") from None
+        except ValueError as error:
+            raise DamagedFileError(f"{path} is not a usable history: {error}") from None
 
     def sample(self, n: int) -> np.ndarray:
         """At most ``n`` generations, evenly spread from the first to the last."""
@@ -130,6 +136,10 @@ class History:
         return teams if isinstance(teams, ScriptedTeams) else self.team(role, generation)
 
 
+CURVES = ("caught", "all_caught", "none_caught", "caught_by_even", "steps", "trials_caught", "trials_mean")
+"""Names of the curves of :class:`History`."""
+
+
 def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
     """The curves of :class:`History` from the lines of ``metrics.jsonl``."""
 
@@ -146,4 +156,4 @@ def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
         }
 
     rows = [row(record) for record in records]
-    return {name: np.array([row[name] for row in rows], np.float64) for name in rows[0]}
+    return {name: np.array([row[name] for row in rows], np.float64) for name in CURVES}

@@ -21,7 +21,10 @@ _PANEL = 6  # champions of each other run that a run is measured against
 def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | None) -> int:
     """Print whether both sides progressed, against their own opponents and, of several runs, against the others'."""
     histories = read_runs(runs)
+    if min(len(history.sample(generations)) for history in histories) < 3:
+        raise ValueError(f"progress takes at least 3 generations, got {min(generations, len(histories[0]))}")
     evaluator = FusedEvaluator(histories[0].config.env)
+    names = {run.resolve().name for run in runs}
     for i, (run, history) in enumerate(zip(runs, histories, strict=True)):
         say(f"playing {run} ...")
         cache = run / "analysis" / "cross-play.safetensors"
@@ -29,7 +32,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
         others = [other for j, other in enumerate(histories) if j != i]
         _tell(run, history, own, {role: _met(history, others, role, own, evaluator) for role in history.champions})
         if figures:
-            _draw(figures, run, history, own)
+            _draw(figures, f"{run.resolve().name}-{i}" if len(names) < len(runs) else run.resolve().name, history, own)
     if len(runs) == 1:
         print("give runs of other seeds too, to measure progress against opponents that nobody here trained on")
     return 0
@@ -51,8 +54,9 @@ def _met(
 def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.ndarray]]) -> None:
     config, caught = history.config, own.caught
     print(f"{run}: {config.preset}, seed {config.seed}, {len(history)} generations")
-    if min(caught.shape) < 3:  # against a script
-        some = caught.ravel()[np.linspace(0, caught.size - 1, 8).round().astype(int)]
+    if len(history.champions) == 1:  # against a script
+        rates = caught.ravel()
+        some = rates[np.unique(np.linspace(0, len(rates) - 1, 8).round().astype(int))]
         print(f"  prey caught, from early to late   {' '.join(f'{share:.2f}' for share in some)}")
         return
     corners, both = progress.early_late(caught), progress.historical_progress(caught)
@@ -90,8 +94,7 @@ def _progress(both: Sides[Progress]) -> str:
     return f"predators {predators.strength:+.2f}, prey {prey.strength:+.2f}; two-sided {progress.two_sided(both):+.2f}"
 
 
-def _draw(place: Path, run: Path, history: History, own: CrossPlay) -> None:
-    name = run.resolve().name
+def _draw(place: Path, name: str, history: History, own: CrossPlay) -> None:
     figure, (axes,) = plots.panels(1, width=4.6, height=3.9)
     data = plots.matrix(figure, axes, own.predators, own.prey, own.caught, top=max(0.5, float(own.caught.max())))
     axes.set_title("who catches whom")
@@ -116,6 +119,8 @@ def _draw(place: Path, run: Path, history: History, own: CrossPlay) -> None:
 
 def read_runs(runs: list[Path]) -> list[History]:
     """What the directories hold; :class:`ValueError` for runs that cannot be compared."""
+    if len({run.resolve() for run in runs}) < len(runs):
+        raise ValueError(f"runs must be different ones, got {', '.join(map(str, runs))}")
     histories = [History.of_run(run) for run in runs]
     first = histories[0]
     for run, history in zip(runs, histories, strict=True):

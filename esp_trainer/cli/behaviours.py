@@ -18,6 +18,8 @@ _COLUMNS = 7  # generations that fit on a terminal
 
 def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | None) -> int:
     """Print how often each behaviour is seen, beyond chance, by generation; of several runs the mean."""
+    if table:
+        table.open("a").close()  # better now than after all the watching
     histories = read_runs(runs)
     shown = histories[0].sample(generations)
     evaluator = FusedEvaluator(histories[0].config.env)

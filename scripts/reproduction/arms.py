@@ -70,9 +70,7 @@ _SENSITIVITY: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
     "burst": ("burst mutation after 30 stagnant generations", {"esp": {"burst_after": 30}}),
 }
 
-_MORE_SEEDS = tuple(
-    range(20)
-)  # all signs of ten leave p at 1/512, which Holm's correction for 30 claims does not forgive
+_MORE_SEEDS = tuple(range(20))  # signs of ten leave p at 1/512, too much for a correction over 30 claims
 _SEEDS = tuple(range(10))
 _FEWER_SEEDS = tuple(range(5))
 _HELD_OUT_SEEDS = (1000, 1001, 1002)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import Manager, get_context
+from multiprocessing import get_context
 from pathlib import Path
-from queue import Empty
-from typing import Any
 
 from tqdm import tqdm
 
@@ -16,8 +14,6 @@ from esp_trainer import RunConfig
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from reproduction.arms import Arm
-
-_STEP = 10  # generations between two reports of a worker
 
 
 def history_file(place: Path, arm: Arm, seed: int) -> Path:
@@ -38,38 +34,30 @@ def _is_there(path: Path, config: RunConfig) -> bool:
 def evolve(place: Path, arms: Iterable[Arm], workers: int) -> None:
     """Run what is missing, with one progress bar over all of it; what is finished stays, whatever happens."""
     todo = missing(place, arms)
+    if not todo:
+        return
     total = sum(arm.config.generations for arm, _ in todo)
-    with Manager() as manager, tqdm(total=total, unit="gen", smoothing=0.02, mininterval=2.0) as bar:
-        reports = manager.Queue()
-        with ProcessPoolExecutor(workers, get_context("spawn"), initializer=os.nice, initargs=(5,)) as pool:
-            runs = {pool.submit(_run, arm.run(s), history_file(place, arm, s), reports): arm.name for arm, s in todo}
-            try:
-                for run in as_completed(runs):
-                    run.result()
-                    bar.set_description_str(runs[run], refresh=False)
-                    bar.update(_drain(reports))
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-
-
-def _drain(reports: Any) -> int:
-    """Generations that workers have reported since the last look."""
-    n = 0
-    while True:
+    with (
+        tqdm(total=total, unit="gen", desc="evolving") as bar,
+        ProcessPoolExecutor(workers, get_context("spawn"), initializer=_give_way) as pool,
+    ):
+        runs = {pool.submit(_run, arm.run(seed), history_file(place, arm, seed)): arm for arm, seed in todo}
         try:
-            n += reports.get_nowait()
-        except Empty:
-            return n
+            for run in as_completed(runs):
+                run.result()
+                bar.update(runs[run].config.generations)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
-def _run(config: RunConfig, path: Path, reports: Any) -> None:
-    counted = iter(range(1, config.generations + 1))
+def _give_way() -> None:
+    """Leave the machine usable for hours of this."""
+    if hasattr(os, "nice"):
+        os.nice(5)
 
-    def watch() -> None:
-        if next(counted) % _STEP == 0:
-            reports.put(_STEP)
 
-    history = History.evolve(config, FusedEvaluator(config.env, threads=1), watch)
+def _run(config: RunConfig, path: Path) -> None:
+    history = History.evolve(config, FusedEvaluator(config.env, threads=1))
     path.parent.mkdir(parents=True, exist_ok=True)
     history.save(path)

@@ -111,6 +111,27 @@ def behaviours(results: All, place: Path) -> None:
     plots.save(figure, place / "behaviours.png", data)
 
 
+def scripts(results: All, place: Path) -> None:
+    """Predators against prey that never change: the one they evolved against, and scripts that they never met."""
+    figure, axes = plots.panels(2, width=4.6, columns=2)
+    arms = {
+        axes[0]: ("fleeing-prey", "fleeing-prey-central"),
+        axes[1]: ("paper-3v1", "no-idling-3v1", "paper-3v2", "no-idling-3v2"),
+    }
+    data: dict[str, np.ndarray] = {}
+    for panel, shown in arms.items():
+        for number, arm in enumerate(arm for arm in shown if arm in results):
+            found = results[arm]
+            caught = found.caught[..., 0] if panel is axes[0] else found["scripts.predators"].astype(float).mean(axis=2)
+            drawn = plots.curve(panel, found.generations, caught, arm, number)
+            data |= {"generation": found.generations} | {f"{arm}: {part}": values for part, values in drawn.items()}
+        panel.set(xlabel="generation", ylabel="share of prey caught", ylim=(0, 1))
+        plots.legend(panel)
+    axes[0].set_title("the fixed prey that they evolve against")
+    axes[1].set_title("scripted prey that they never met")
+    plots.save(figure, place / "scripts.png", data)
+
+
 def parity(results: All, place: Path) -> None:
     """Captures by how many predators start at an even distance, by generation."""
     arms = [a for a in ("paper-3v1", "scaled-3v1", "prey-first-3v1", "no-idling-3v1", "odd-torus-3v1") if a in results]

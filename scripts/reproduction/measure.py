@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -37,15 +38,32 @@ def measured_file(place: Path, arm: Arm, seed: int) -> Path:
     return place / arm.name / f"seed-{seed}.npz"
 
 
+def is_measured(place: Path, arm: Arm, seed: int) -> bool:
+    """Whether a run of this very setting has been measured."""
+    file = measured_file(place, arm, seed)
+    if not file.exists():
+        return False
+    with np.load(file) as arrays:
+        return "about" in arrays and str(arrays["about"]) == about(arm, seed)
+
+
+def about(arm: Arm, seed: int) -> str:
+    """What a measurement belongs to: the config of its run."""
+    return json.dumps(arm.run(seed).model_dump())
+
+
 def measure(place: Path, arms: Iterable[Arm], panels: Iterable[Arm], workers: int) -> None:
     """Measure the runs that have not been measured yet, against the held-out runs of their world."""
     panels = list(panels)
-    todo = [(arm, seed) for arm in arms for seed in arm.seeds if not measured_file(place, arm, seed).exists()]
+    runs = [(arm, seed) for arm in arms for seed in arm.seeds]
+    todo = [(arm, seed) for arm, seed in runs if not is_measured(place, arm, seed)]
+    if not todo:
+        return
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        runs = [pool.submit(_measure_run, place, arm, seed, _panel(place, arm, panels)) for arm, seed in todo]
+        jobs = [pool.submit(_measure_run, place, arm, seed, _panel(place, arm, panels)) for arm, seed in todo]
         try:
-            for run in tqdm(as_completed(runs), total=len(runs), unit="run"):
-                run.result()
+            for job in tqdm(as_completed(jobs), total=len(jobs), unit="run", desc="measuring"):
+                job.result()
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -69,7 +87,7 @@ def _measure_run(place: Path, arm: Arm, seed: int, panel: list[Path]) -> None:
         found |= _best_responses(history, evaluator)
     beside = measured_file(place, arm, seed).with_suffix(".part")
     with beside.open("wb") as file:
-        np.savez_compressed(file, **found)
+        np.savez_compressed(file, about=np.array(about(arm, seed)), **found)
     beside.replace(measured_file(place, arm, seed))
 
 

@@ -282,7 +282,7 @@ CLAIMS = [
         _against_scripts("paper-3v1", "no-idling-3v1"),
         1,
         SHARE,
-        "ablations",
+        "scripts",
     ),
     Claim(
         "V",
@@ -292,7 +292,7 @@ CLAIMS = [
         _against_scripts("paper-3v2", "no-idling-3v2"),
         1,
         SHARE,
-        "ablations",
+        "scripts",
     ),
     Claim(
         "III",
@@ -302,7 +302,7 @@ CLAIMS = [
         _late_between("fleeing-prey", "fleeing-prey-central"),
         1,
         SHARE,
-        "success",
+        "scripts",
     ),
     Claim(
         "VIII",

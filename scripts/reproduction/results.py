@@ -12,7 +12,7 @@ from esp_trainer.analysis import games, progress
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.progress import Progress
 from reproduction.arms import Arm
-from reproduction.measure import measured_file
+from reproduction.measure import is_measured, measured_file
 
 
 class Results:
@@ -116,11 +116,10 @@ def load(kept: Path, arm: Arm) -> Results | None:
 
 def gather(place: Path, kept: Path, arm: Arm) -> None:
     """Keep what was measured of an arm's runs in one compressed file; nothing while some are missing."""
-    runs = [measured_file(place, arm, seed) for seed in arm.seeds]
-    if not all(run.exists() for run in runs):
+    if not all(is_measured(place, arm, seed) for seed in arm.seeds):
         return
-    each = [dict(np.load(run)) for run in runs]
-    arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
+    each = [dict(np.load(measured_file(place, arm, seed))) for seed in arm.seeds]
+    arrays = {name: np.stack([found[name] for found in each]) for name in each[0] if name != "about"}
     kept.mkdir(parents=True, exist_ok=True)
     beside = kept_file(kept, arm).with_suffix(".part")
     with beside.open("wb") as file:

@@ -45,8 +45,9 @@ def scattering(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     "the prey evolve to scatter in different directions just before the predators converge on them" (VI.C). Two free
     prey are at most ``near`` apart; two or more predators came nearer to the nearer of them by ``approach`` over
     ``wait`` steps, to at most ``near``. ``escape`` steps later both are free, as much farther apart as one alone could
-    have run, and the ways that they went are at least 90 degrees apart. Nor did they just cross: one of them at least
-    did not go on as before, but turned by 90 degrees or more from where it went in the ``wait`` steps.
+    have run, and the ways that they went are at least 90 degrees apart, each half as long as it can be or longer. Nor
+    did they just cross: one of them at least did not go on as before, but turned by 90 degrees or more from where it
+    went in the ``wait`` steps.
     """
     on = thresholds.escape
     found = np.zeros(paths.valid.shape, bool)
@@ -57,7 +58,7 @@ def scattering(paths: Paths, thresholds: Thresholds) -> np.ndarray:
         cells = paths.prey[:, :, [one, other]]
         before, after = cells - ago(cells, thresholds.wait), ahead(cells, on) - cells
         part = (ahead(apart, on) - apart >= on) & (cosine(after[:, :, 0], after[:, :, 1]) <= 0)
-        part &= (dot(before, after) <= 0).any(axis=2)
+        part &= (dot(before, after) <= 0).any(axis=2) & (2 * np.abs(after).sum(axis=3) >= on).all(axis=2)
         free = ahead(paths.alive[:, :, one] & paths.alive[:, :, other], on) & paths.reaches(thresholds.wait, on)
         found |= (apart <= thresholds.near) & converging & part & free
     return found

@@ -26,8 +26,9 @@ def ahead(values: np.ndarray, rows: int) -> np.ndarray:
 def total(values: np.ndarray, rows: int) -> np.ndarray:
     """The sum over each row and those before it, ``rows`` in all; bools are counted."""
     sums = np.cumsum(values, axis=1, dtype=np.int32)
-    sums[:, rows:] -= sums[:, :-rows].copy()
-    return sums
+    earlier = np.zeros_like(sums)
+    earlier[:, rows:] = sums[:, : max(0, sums.shape[1] - rows)]
+    return sums - earlier
 
 
 def extent(cells: np.ndarray, rows: int) -> np.ndarray:

@@ -36,7 +36,7 @@ For each behaviour the moment that its detector picked, from the run and generat
 the paper's figures 4 and 6: predators orange with triangles, prey blue with squares, circles where the excerpt begins.
 
 Share of episodes in which a behaviour is seen, minus the share in which it is when predators and prey of different episodes are
-paired (idling and parity idle: plain shares; specialisation: in bits). Definitions are the docstrings of
+paired (idling and parity idle: plain shares; specialisation: how much of a role is known from which predator it is). Definitions are the docstrings of
 `esp_trainer.analysis.behaviours`; the peak is the highest of {len(results[arms[0]]["watched"][0])} watched generations.
 
 | behaviour | {heads} |

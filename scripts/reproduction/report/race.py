@@ -57,7 +57,14 @@ bound). Share of prey caught, from starts that nobody saw:
 
 | setting | last generation, both sides | fresh predators against its prey | its predators against fresh prey |
 | --- | --- | --- | --- |
-""" + "\n".join(rows)
+""" + "\n".join([*rows, "", _SCRIPTS])
+
+
+_SCRIPTS = """![Prey that never change](reproduction/scripts.png)
+
+Against prey that never change: the fixed prey of Yong & Miikkulainen, met by predators with a network each and by a central
+controller, both evolved against it; and all scripted prey, met by predators that evolved with prey of their own, with and without
+the idle action."""
 
 
 def progress(results: dict[str, Results]) -> str:
