@@ -15,10 +15,11 @@ def repaired(paths: Paths, generator: np.random.Generator) -> Paths:
 
     Nobody is shifted. Starts are uniform, so the distances at the start are distributed as in true episodes anyway;
     to put each prey where that of the predators' own episode began would leave a piece of interaction in place, as
-    predators first go to where their prey started (that alone made a chase of every fifth made-up episode).
+    predators first go to where their prey started (up to twice as many made-up episodes then held a chase).
 
-    * Episodes are paired at random among those in which the same prey were caught. As the length of an episode follows
-      from it, the made-up ones are nearly as long as true ones: exactly, where nobody is caught.
+    * Episodes are paired at random among those in which the same prey were caught. As the length of an episode
+      hangs on it, the made-up ones are hardly shorter than true ones: not at all where nobody is caught, by some 5 to
+      10% where half the prey are.
     * A prey lives as long as it did in its own episode, through predators if need be, and then stays where it was: what
       asks when prey were caught asks whether these times coincide by chance.
     * An episode ends when its predators' did, or when all its prey are caught.

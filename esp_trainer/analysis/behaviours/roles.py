@@ -85,7 +85,7 @@ def opposing_attack(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     found = np.zeros(ready.shape[:2], bool)
     for one in range(paths.n_predators):
         for other in range(one):
-            apart = cosine(paths.offsets[:, :, one], paths.offsets[:, :, other]) <= -np.sqrt(0.5)
+            apart = cosine(paths.offsets[:, :, one], paths.offsets[:, :, other]) <= -np.sqrt(0.5) + 1e-9
             found |= (ready[:, :, one] & ready[:, :, other] & apart).any(axis=2)
     return found
 

@@ -65,5 +65,6 @@ def cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def cosine(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Of the angle between two vectors of the last axis; 1 where one of them is 0."""
-    lengths = np.sqrt(np.asarray(dot(one, one) * dot(other, other), float))
+    one, other = one.astype(float), other.astype(float)  # squares of squares do not fit into 32 bits
+    lengths = np.sqrt(dot(one, one) * dot(other, other))
     return np.where(lengths > 0, dot(one, other) / np.maximum(lengths, 1), 1.0)

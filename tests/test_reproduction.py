@@ -1,0 +1,351 @@
+"""The reproduction: its settings, its rule for verdicts, and the numbers behind them."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from esp_trainer import preset
+from esp_trainer.analysis.inference import Comparison, holm
+from esp_trainer.presets import PRESETS
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+sys.path.insert(0, str(SCRIPTS))
+
+from reproduction import measure, paper  # noqa: E402
+from reproduction.arms import ARMS, Arm, _arms, small, world_of  # noqa: E402
+from reproduction.claims import Claim, Verdict, verdicts  # noqa: E402
+from reproduction.results import Results, gather, kept_file, load  # noqa: E402
+
+PANELS = {name: arm for name, arm in ARMS.items() if arm.part == "panel"}
+OTHERS = {name: arm for name, arm in ARMS.items() if arm.part != "panel"}
+MERELY_FITNESS = {"env.prey_fitness", "env.closeness"}
+
+
+def leaves(settings: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in settings.items():
+        if isinstance(value, dict):
+            yield from leaves(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def differences(a: Any, b: Any) -> set[str]:
+    """The fields in which two configs differ."""
+    one, other = dict(leaves(a.model_dump())), dict(leaves(b.model_dump()))
+    return {name for name in one if one[name] != other[name]}
+
+
+# What is run.
+
+
+def test_every_preset_but_the_small_one_is_an_arm():
+    assert set(PRESETS) - {"smoke"} <= set(OTHERS)
+    for name in set(PRESETS) - {"smoke"}:
+        assert ARMS[name].config == preset(name)
+
+
+@pytest.mark.parametrize("arms", [ARMS, small(ARMS)], ids=["whole", "small"])
+def test_arms_are_named_once(arms: dict[str, Arm]):
+    assert all(name == arm.name for name, arm in arms.items())
+    settings = [arm.config.replace(preset="").model_dump_json() for arm in arms.values() if arm.part != "panel"]
+    assert len(set(settings)) == len(settings), "no setting is run twice"
+
+
+def test_no_arm_is_lost_to_another_of_its_name():
+    assert [arm.name for arm in _arms()] == list(ARMS)
+
+
+def test_a_run_is_its_arm_with_a_seed():
+    run = ARMS["scaled-3v1"].run(7)
+    assert differences(run, ARMS["scaled-3v1"].config) == {"preset", "seed"}
+    assert (run.preset, run.seed) == ("scaled-3v1", 7)
+
+
+@pytest.mark.parametrize("name", [name for name, arm in OTHERS.items() if name not in PRESETS])
+def test_an_arm_changes_one_thing(name: str):
+    config = ARMS[name].config
+    base = preset(f"paper-3v{config.env.n_prey}")
+    changed = differences(config, base) - {"preset"} - ({"generations"} if ARMS[name].part == "sensitivity" else set())
+    if name.startswith("shared-fitness"):
+        assert changed == {"esp.pairing", "esp.fitness_sharing"}
+    elif changed != {"predators.input_scale", "prey.input_scale"}:
+        assert len(changed) == 1, changed
+
+
+def test_the_seeds_of_held_out_runs_are_nobody_elses():
+    theirs = {seed for arm in PANELS.values() for seed in arm.seeds}
+    ours = {seed for arm in OTHERS.values() for seed in arm.seeds}
+    fresh = {measure._RESPONSE_SEED + seed for seed in ours}
+    assert theirs
+    assert not theirs & ours
+    assert not fresh & (theirs | ours)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_every_arm_meets_held_out_runs_of_its_own_world(name: str):
+    arm = ARMS[name]
+    panel = [each for each in PANELS.values() if world_of(each.config) == world_of(arm.config)]
+    assert {each.config.predators.input_scale for each in panel} == {1.0, 0.2}
+    for each in panel:
+        env = differences(each.config, arm.config)
+        assert {field for field in env if field.startswith("env.")} <= MERELY_FITNESS
+        assert each.config.predators.policy == each.config.prey.policy == "esp"
+
+
+@pytest.mark.parametrize("arm", small(ARMS).values(), ids=lambda arm: str(arm.name))
+def test_in_small_there_are_held_out_runs_too(arm: Arm):
+    panel = [each for each in small(ARMS).values() if each.part == "panel"]
+    assert world_of(arm.config) in {world_of(each.config) for each in panel}
+
+
+def test_worlds_of_one_name_differ_only_in_fitness():
+    for a in ARMS.values():
+        for b in ARMS.values():
+            env = {field for field in differences(a.config, b.config) if field.startswith("env.")}
+            assert (world_of(a.config) == world_of(b.config)) == (env <= MERELY_FITNESS), (a.name, b.name)
+
+
+def test_an_arm_meets_the_runs_of_all_panels_of_its_world(tmp_path: Path):
+    paths = measure._panel(tmp_path, ARMS["odd-torus-3v1"], PANELS.values())
+    assert sorted(path.relative_to(tmp_path).parts for path in paths) == [
+        (f"panel-3v1-size-101-{scale}", f"seed-{seed}.safetensors")
+        for scale in ("0.2", "1")
+        for seed in (1000, 1001, 1002)
+    ]
+
+
+# The rule.
+
+
+def comparison(low: float, high: float, p: float = 1.0) -> Comparison:
+    return Comparison((low + high) / 2, low, high, 0.0, p)
+
+
+def claim(direction: int, margin: float = 0.1, arms: tuple[str, ...] = (), found: Comparison | None = None) -> Claim:
+    return Claim(
+        "I", "so it is", arms, "a number", lambda results: found or comparison(0, 0), direction, margin, "success"
+    )
+
+
+SURE, UNSURE = 0.049, 0.05
+
+
+@pytest.mark.parametrize(
+    ("direction", "low", "high", "p", "word"),
+    [
+        # More.
+        (1, 0.2, 0.4, SURE, "supported"),
+        (1, 0.01, 0.4, SURE, "supported"),  # it may be small
+        (1, 0.2, 0.4, UNSURE, "undecided"),
+        (1, -0.2, 0.4, UNSURE, "undecided"),
+        (1, -0.2, 0.1, UNSURE, "undecided"),  # 0.1 would matter
+        (1, -0.2, 0.09, UNSURE, "not supported"),
+        (1, 0.01, 0.09, SURE, "not supported"),  # it is there, and does not matter
+        (1, -0.4, -0.2, SURE, "not supported"),
+        (1, -0.4, 0.2, SURE, "not supported"),  # the contrary, by the test
+        # Less: the same mirrored.
+        (-1, -0.4, -0.2, SURE, "supported"),
+        (-1, -0.4, -0.01, SURE, "supported"),
+        (-1, -0.4, -0.2, UNSURE, "undecided"),
+        (-1, -0.4, 0.2, UNSURE, "undecided"),
+        (-1, -0.1, 0.2, UNSURE, "undecided"),
+        (-1, -0.09, 0.2, UNSURE, "not supported"),
+        (-1, -0.09, -0.01, SURE, "not supported"),
+        (-1, 0.2, 0.4, SURE, "not supported"),
+        # No change.
+        (0, -0.09, 0.09, UNSURE, "supported"),
+        (0, 0.01, 0.09, SURE, "supported"),  # a change that does not matter
+        (0, -0.1, 0.09, UNSURE, "undecided"),
+        (0, -0.09, 0.1, UNSURE, "undecided"),
+        (0, 0.2, 0.4, SURE, "not supported"),
+        (0, -0.4, -0.2, SURE, "not supported"),
+        (0, 0.2, 0.4, UNSURE, "undecided"),
+        (0, 0.01, 0.17, SURE, "undecided"),  # a change, but perhaps a small one
+        # Too few seeds for an interval.
+        (1, -np.inf, np.inf, UNSURE, "undecided"),
+        (0, -np.inf, np.inf, UNSURE, "undecided"),
+    ],
+)
+def test_verdicts_follow_from_interval_and_test(direction: int, low: float, high: float, p: float, word: str):
+    found = comparison(low, high) if np.isfinite(low) else Comparison(0.5, low, high, 0.0, p)
+    assert Verdict(claim(direction), found, p).word == word
+
+
+def test_claims_are_corrected_together():
+    found = [comparison(0.2, 0.4, p) for p in (0.02, 0.001, 0.03)]
+    three = verdicts([claim(1, found=each) for each in found], {})
+    assert [each.found for each in three] == found
+    assert [each.p for each in three] == pytest.approx([0.04, 0.003, 0.04])  # by hand: 2, 3 and 1 times, and no less
+    assert [each.word for each in three] == ["supported"] * 3
+    (one,) = verdicts([claim(1, found=found[2])], {})
+    assert one.p == 0.03
+
+
+def test_a_claim_whose_settings_are_not_there_is_left_out():
+    results = {"a": Results(ARMS["paper-3v1"], {})}
+    given = [claim(1, arms=("a",)), claim(1, arms=("a", "b")), claim(1, arms=("b",))]
+    assert [each.claim for each in verdicts(given, results)] == given[:1]
+    assert verdicts(given[1:], results) == []
+
+
+# The numbers.
+
+
+def results(**arrays: Any) -> Results:
+    """Of two seeds."""
+    return Results(ARMS["paper-3v1"], {name.replace("__", "."): np.array(value) for name, value in arrays.items()})
+
+
+def test_late_is_the_last_third_of_a_curve():
+    found = results(curve__caught=[[0, 0, 0, 0, 0, 1, 2], [9, 9, 9, 9, 9, 3, 5]])
+    assert found.late("caught").tolist() == [1.5, 4]  # two of seven generations
+
+
+TWELVE = [list(range(0, 120, 10))] * 2
+
+
+def test_a_late_share_is_that_of_the_last_sixth_of_the_generations():
+    table = np.zeros((2, 12, 3))
+    table[0, 10:] = [[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]
+    table[1, 9:] = 1
+    table[1, 4:6] = 0.5
+    found = results(generations=TWELVE, panel__prey=table)
+    assert found.late_share("panel.prey") == pytest.approx([0.35, 1])
+    assert found.late_share("panel.prey", until=110) == pytest.approx([0.2, 1])  # one of eleven
+    # Before generation 60 there are six, and the last sixth is one of them.
+    assert found.late_share("panel.prey", until=60) == pytest.approx([0, 0.5])
+    assert found.late_share("panel.prey", until=61) == pytest.approx([0, 0])
+
+
+def test_two_sided_is_the_progress_of_the_lesser_side():
+    hunting, hunted = np.zeros((2, 12, 2)), np.zeros((2, 12, 2))
+    hunting[0, :2], hunting[0, 10:] = 0.1, [0.4, 0.6]  # predators of the first seed: 0.4 better
+    hunted[0, :2], hunted[0, 10:] = 0.7, 0.5  # its prey are caught 0.2 less
+    hunting[1, :2], hunting[1, 10:] = 0.3, 0.2  # predators of the second: 0.1 worse
+    hunted[1, :2] = 1.0
+    found = results(generations=TWELVE, panel__predators=hunting, panel__prey=hunted)
+    assert found.two_sided() == pytest.approx([0.2, -0.1])
+
+
+def test_progress_can_be_asked_of_a_part_of_the_run():
+    hunting = np.repeat(np.linspace(0, 0.55, 12)[None, :, None], 2, axis=0)  # 0.05 a row
+    hunted = 1 - hunting
+    found = results(generations=TWELVE, panel__predators=hunting, panel__prey=hunted, curve__caught=np.zeros((2, 120)))
+    assert found.halfway == 60
+    assert found.two_sided() == pytest.approx([0.5, 0.5])  # two rows of twelve at each end
+    assert found.two_sided(since=60) == pytest.approx([0.25, 0.25])  # one row of six
+    assert found.two_sided(until=60) == pytest.approx([0.25, 0.25])
+    assert found.two_sided(since=30, until=60) == pytest.approx([0.1, 0.1])
+
+
+def test_shares_caught_are_counted_over_all_parities():
+    captured = np.zeros((2, 1, 3, 4), np.int16)
+    captured[0, 0] = [[1, 0, 0, 1], [8, 24, 24, 8], [0, 0, 16, 0]]
+    found = results(generations=[[0, 1, 2]] * 2, own__captured=captured, met=[[8, 24, 24, 8]] * 2)
+    np.testing.assert_allclose(found.caught, [[[2 / 64, 1, 0.25]], [[0, 0, 0]]])
+    assert found.n_seeds == 2
+
+
+def test_a_behaviour_is_its_rate_over_chance_or_where_that_has_no_meaning_its_rate():
+    found = results(behaviour__baiting=[[[0.5, 0.2], [0.3, np.nan]], [[0.0, 0.1], [np.nan, np.nan]]])
+    np.testing.assert_allclose(found.behaviour("baiting"), [[0.3, 0.3], [-0.1, np.nan]])
+
+
+def test_results_are_kept_until_their_setting_changes(tmp_path: Path):
+    runs, kept, arm = tmp_path / "runs", tmp_path / "kept", small(ARMS)["paper-3v1"]
+    for seed in arm.seeds:
+        assert load(kept, arm) is None
+        path = measure.measured_file(runs, arm, seed)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        arrays = {"generations": np.array([0, 1]), "seed": np.array(seed)}
+        np.savez_compressed(path, about=np.array(measure.about(ARMS["paper-3v1"], seed)), **arrays)
+        assert not measure.is_measured(runs, arm, seed), "another world's measurements"
+        np.savez_compressed(path, about=np.array(measure.about(arm, seed)), **arrays)
+        assert measure.is_measured(runs, arm, seed)
+        gather(runs, kept, arm)
+    found = load(kept, arm)
+    assert found is not None
+    assert found["seed"].tolist() == list(arm.seeds)
+    assert found["generations"].tolist() == [[0, 1]] * len(arm.seeds)
+    assert "about" not in found
+    assert load(kept, ARMS["paper-3v1"]) is None, "the same name in another world"
+    assert [file.name for file in kept.iterdir()] == [kept_file(kept, arm).name]
+
+
+# The claims.
+
+
+def made_up(arm: Arm, level: float, slope: float) -> Results:
+    """As if all seeds of an arm had been measured: shares that rise, and every behaviour seen to the same degree."""
+    n, rows = len(arm.seeds), np.arange(12)
+    noise = 0.001 * np.random.default_rng(0).random((n, 1))
+    generations = np.linspace(0, arm.config.generations - 1, 12).round().astype(int)
+    curve = np.full((n, arm.config.generations), level) + noise
+    better = level + slope * rows[None, :, None] / 11 + noise[..., None]
+    arrays = {
+        "generations": np.repeat(generations[None], n, axis=0),
+        **{f"curve.{name}": curve for name in ("caught", "none_caught", "all_caught")},
+        **{f"{table}.predators": better for table in ("panel", "scripts")},
+        **{f"{table}.prey": 1 - better for table in ("panel", "scripts")},
+    }
+    names = [m.group(1) for c in paper.CLAIMS if (m := re.match(r"rate over chance.*: (.+)", c.measure))]
+    for name in names:
+        arrays[f"behaviour.{name}"] = np.stack([level + 0 * better[..., 0] + noise, 0 * better[..., 0]], axis=-1)
+    return Results(arm, arrays)
+
+
+def word_of(results: dict[str, Results], says: str, section: str) -> Verdict:
+    (found,) = (v for v in verdicts(paper.CLAIMS, results) if v.claim.says == says and v.claim.section == section)
+    return found
+
+
+def test_every_claim_is_about_settings_that_are_run_and_figures_that_are_drawn():
+    drawn = {"success", "ciao", "master", "global", "behaviours", "parity", "ablations", "scripts"}
+    for each in paper.CLAIMS:
+        assert set(each.arms) <= set(OTHERS)
+        assert each.figure in drawn
+        assert each.direction in (-1, 0, 1)
+        assert each.margin > 0
+
+
+def test_verdicts_come_out_as_the_measurements_say():
+    progress = {name: made_up(arm, 0.3, 0.4) for name, arm in OTHERS.items()}
+    found = verdicts(paper.CLAIMS, progress)
+    assert len(found) == len(paper.CLAIMS)
+    assert [each.p for each in found] == pytest.approx(holm([each.found.p for each in found]))
+    assert word_of(progress, "split networks sustain an arms race with a single prey", "VI.B").word == "supported"
+    assert word_of(progress, "the prey baits", "VI.B").word == "supported"
+    assert word_of(progress, "... and it stagnates", "VI.A").word == "not supported"
+    assert word_of(progress, "more hidden neurons do not help it", "VI.A").word == "supported"
+    stagnation = {name: made_up(arm, 0.0, 0.0) for name, arm in OTHERS.items()}
+    assert word_of(stagnation, "split networks sustain an arms race with a single prey", "VI.B").word == "not supported"
+    assert word_of(stagnation, "the prey baits", "VI.B").word == "not supported"
+    assert word_of(stagnation, "... and it stagnates", "VI.A").word == "supported"
+
+
+def test_two_settings_are_compared_in_the_direction_of_the_claim():
+    both = {name: made_up(ARMS[name], 0.2, 0.0) for name in ("paper-3v1", "monolithic-3v1")}
+    both["monolithic-3v1"] = made_up(ARMS["monolithic-3v1"], 0.7, 0.0)
+    easily = word_of(both, "... more often than a prey with split networks", "VI.A")
+    assert easily.found.difference == pytest.approx(0.5, abs=0.01)
+    assert easily.word == "supported"
+    swapped = {"paper-3v1": made_up(ARMS["paper-3v1"], 0.7, 0.0), "monolithic-3v1": both["paper-3v1"]}
+    assert word_of(swapped, "... more often than a prey with split networks", "VI.A").word == "not supported"
+
+
+def test_worse_evasion_is_more_prey_caught_by_held_out_predators():
+    """The made-up prey are caught less the higher the level is."""
+    both = {
+        "paper-3v1": made_up(ARMS["paper-3v1"], 0.8, 0),
+        "complementary-3v1": made_up(ARMS["complementary-3v1"], 0.3, 0),
+    }
+    found = word_of(both, "complementary prey fitness gives worse evasion, one prey", "V")
+    assert found.found.difference == pytest.approx(0.5, abs=0.01)
+    assert found.word == "supported"

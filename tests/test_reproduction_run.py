@@ -1,0 +1,132 @@
+"""The whole reproduction once, in small."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+sys.path.insert(0, str(SCRIPTS))
+
+from reproduction.arms import ARMS, small  # noqa: E402
+
+
+def reproduce(place: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPTS / "reproduce_paper.py"), "--quick", *options]
+    where = ["--out", str(place / "out"), "--runs", str(place / "runs")]
+    return subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600, cwd=place)
+
+
+def times(place: Path) -> dict[str, int]:
+    """When each file was last written."""
+    return {str(p.relative_to(place)): p.stat().st_mtime_ns for p in sorted(place.rglob("*")) if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("reproduction")
+    done = reproduce(place)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith(f"reproduction.md: {len(small(ARMS)) - 2} of {len(small(ARMS)) - 2} settings\n")
+    return place
+
+
+@pytest.mark.slow
+def test_the_report_links_to_figures_with_their_data(reproduced: Path):
+    page = (reproduced / "out" / "reproduction.md").read_text()
+    links = set(re.findall(r"\]\((reproduction/[^)]+)\)", page))
+    assert "reproduction/data" in links
+    figures = {link for link in links if link.endswith(".png")}
+    assert {Path(link).stem for link in figures} == {
+        *(
+            "success",
+            "ciao",
+            "master",
+            "global",
+            "ablations",
+            "sensitivity",
+            "parity",
+            "behaviours",
+            "moments",
+            "scripts",
+        )
+    }
+    for figure in figures:
+        assert (reproduced / "out" / figure).read_bytes().startswith(b"\x89PNG")
+        header, *rows = (reproduced / "out" / figure).with_suffix(".csv").read_text().splitlines()
+        assert header
+        assert rows
+    names = {name for name, arm in small(ARMS).items() if arm.part != "panel"}
+    kept = {path.stem for path in (reproduced / "out" / "reproduction" / "data").iterdir()}
+    assert names <= kept <= {*names, "moments"}
+    assert "nan" not in re.findall(r"[a-z]+", page)
+
+
+@pytest.mark.slow
+def test_what_is_done_is_not_done_again(reproduced: Path, tmp_path: Path):
+    place = tmp_path / "place"
+    shutil.copytree(reproduced, place)  # with the times of its files
+    before, page = times(place / "runs"), (place / "out" / "reproduction.md").read_text()
+    kept = times(place / "out" / "reproduction" / "data")
+    csvs = {path.name: path.read_text() for path in (place / "out" / "reproduction").glob("*.csv")}
+    done = reproduce(place)
+    assert done.returncode == 0, done.stderr
+    assert times(place / "runs") == before
+    again = times(place / "out" / "reproduction" / "data")
+    assert {name: when for name, when in again.items() if again[name] != kept[name]}.keys() <= {"moments.npz"}
+    assert _without_command((place / "out" / "reproduction.md").read_text()) == _without_command(page)
+    assert {path.name: path.read_text() for path in (place / "out" / "reproduction").glob("*.csv")} == csvs
+
+
+@pytest.mark.slow
+def test_a_report_can_be_made_from_what_is_kept_alone(reproduced: Path, tmp_path: Path):
+    place = tmp_path / "place"
+    shutil.copytree(reproduced, place, ignore=shutil.ignore_patterns("runs", "*.png", "*.md"))
+    done = reproduce(place, "--report")
+    assert done.returncode == 0, done.stderr
+    assert not (place / "runs").exists()
+    for path in (reproduced / "out").rglob("*.csv"):
+        assert path.read_text() == (place / path.relative_to(reproduced)).read_text()
+    page = (reproduced / "out" / "reproduction.md").read_text()
+    assert _without_command((place / "out" / "reproduction.md").read_text()) == _without_command(page)
+    shutil.rmtree(place / "out")
+    done = reproduce(place, "--report")
+    assert done.returncode == 2
+    assert "there is nothing to report on" in done.stderr
+
+
+@pytest.mark.slow
+def test_only_what_is_lost_is_done_again(reproduced: Path, tmp_path: Path):
+    place = tmp_path / "place"
+    shutil.copytree(reproduced, place)
+    runs, kept = place / "runs", place / "out" / "reproduction" / "data"
+    before, kept_before = times(runs), times(kept)
+    page = (place / "out" / "reproduction.md").read_text()
+    lost = "paper-3v1/seed-1.safetensors"
+    run, measured = (runs / lost).read_bytes(), (runs / "paper-3v1/seed-1.npz")
+    arrays = dict(np.load(kept / "paper-3v1.npz"))
+    (runs / lost).unlink()
+    measured.unlink()
+    (kept / "paper-3v1.npz").unlink()
+    done = reproduce(place)
+    assert done.returncode == 0, done.stderr
+    after, kept_after = times(runs), times(kept)
+    assert {name for name in after if after[name] != before.get(name)} == {lost, "paper-3v1/seed-1.npz"}
+    assert set(after) == set(before)
+    assert (runs / lost).read_bytes() == run
+    changed = {name for name in kept_after if kept_after[name] != kept_before[name]}
+    assert changed - {"moments.npz"} == {"paper-3v1.npz"}
+    for name, array in np.load(kept / "paper-3v1.npz").items():
+        np.testing.assert_array_equal(array, arrays[name])
+    assert _without_command((place / "out" / "reproduction.md").read_text()) == _without_command(page)
+
+
+def _without_command(page: str) -> str:
+    """Without where it was made and by what command."""
+    return re.sub(r"^`python scripts/reproduce_paper\.py .*$", "", page, flags=re.MULTILINE)
