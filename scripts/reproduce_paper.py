@@ -52,7 +52,8 @@ def main() -> None:
     if not options.report:
         moments.find(options.runs, results, kept)
     draw(results, kept)
-    page = report.write(results, verdicts(paper.CLAIMS, results), origin())
+    missing = tuple(name for name, each in found.items() if each is None)
+    page = report.write(results, verdicts(paper.CLAIMS, results), origin(missing))
     (options.out / "reproduction.md").write_text(page)
     print(f"{options.out / 'reproduction.md'}: {len(results)} of {len(found)} settings")
 
@@ -87,7 +88,7 @@ def draw(results: dict[str, Results], kept: Path) -> None:
         figures.forest(results, place, "sensitivity", ("sensitivity",))
 
 
-def origin() -> report.Origin:
+def origin(missing: tuple[str, ...]) -> report.Origin:
     """The command and the versions behind a report."""
     try:
         commit = subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
@@ -95,7 +96,7 @@ def origin() -> report.Origin:
         commit = "unknown"
     packages = ", ".join(f"{name} {version(name)}" for name in ("predprey-esp", "numpy", "numba"))
     command = " ".join(["python", "scripts/reproduce_paper.py", *sys.argv[1:]])
-    return report.Origin(command, commit, packages)
+    return report.Origin(command, commit, packages, missing)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,8 @@ class Origin:
     command: str
     commit: str
     versions: str
+    missing: tuple[str, ...] = ()
+    """Settings that have not been run whole."""
 
 
 def write(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Origin) -> str:
@@ -44,13 +46,15 @@ def write(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Orig
 
 def _head(results: dict[str, Results], origin: Origin) -> str:
     n_runs = sum(found.n_seeds for found in results.values())
+    names = ", ".join(f"`{name}`" for name in origin.missing)
+    missing = f"\n\n**Not run whole yet, and not in this report: {names}.**" if names else ""
     return f"""# The paper's experiments over many seeds
 
 `{origin.command}` at commit {origin.commit}, {origin.versions}: {n_runs} runs of {len(results)} settings. This page and its
 figures are made by that command; each figure's data lies beside it as CSV, and the measurements of every run in
 [`data/`](reproduction/data). The paper shows "a typical run"; here a claim is a number for each seed, an interval over seeds
 and a test, and the agents are measured against opponents that stand still, most of them champions of seeds that nobody
-trained on."""
+trained on.{missing}"""
 
 
 def _method() -> str:

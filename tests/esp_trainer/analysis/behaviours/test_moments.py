@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.analysis.behaviours.windows import ago, ahead
 
 # The first and the last row that may be marked, and one that must be.
 MOMENTS = {
@@ -51,6 +53,20 @@ def test_it_is_seen_as_much_later_as_it_happens_later(name: str, positives: dict
     assert 30 + moment in found
     # Windows now may begin in the rows before: a blocker has kept to its place for longer.
     assert earliest + 25 <= found[0] <= found[-1] <= latest + 30
+
+
+@pytest.mark.parametrize(("steps_free", "dodged"), [(9, 0.0), (10, 1.0)])
+def test_a_dodge_is_judged_ten_steps_later(steps_free: int, dodged: float, positives: dict[str, Any]):
+    """The episode of a prey that waits to row 10 and leaves, cut so many steps after that."""
+    trace = positives["baiting"].trace()[:, : 10 + steps_free + 1]
+    found = BEHAVIOURS["baiting"].rule(Paths.of_trace(trace, 3, 100), Thresholds())
+    assert float(found[0, 10]) == dodged
+
+
+def test_looking_back_and_on_is_by_so_many_rows():
+    rows_of_one = np.arange(5)[None]
+    assert ago(rows_of_one, 2)[0, 2:].tolist() == [0, 1, 2]
+    assert ahead(rows_of_one, 2)[0, :-2].tolist() == [2, 3, 4]
 
 
 def test_every_behaviour_with_rows_has_its_moment():

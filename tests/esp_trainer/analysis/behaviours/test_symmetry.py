@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -87,6 +87,19 @@ def test_north_may_be_any_way(quarters: int, mirrored: bool, trace: np.ndarray, 
 @pytest.mark.parametrize("order", [(1, 0, 2, 3, 4), (2, 0, 1, 3, 4), (0, 1, 2, 4, 3), (2, 1, 0, 4, 3)])
 def test_agents_may_change_names(order: tuple[int, ...], trace: np.ndarray, found: Found):
     assert agree(seen(trace[:, :, order]), found)
+
+
+@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize("name", ["herding", "scattering", "simultaneous capture"])
+def test_a_third_prey_that_is_elsewhere_changes_nothing(name: str, place: int, positives: dict[str, Any]):
+    """Whichever of three it is, the other two are a pair."""
+    (trace,) = positives[name].trace()
+    elsewhere = np.stack([[50 + row % 2, 80] for row in range(len(trace))])[:, None]
+    elsewhere[(trace < 0).all(axis=(1, 2))] = -1
+    three = np.concatenate([trace[:, : 3 + place], elsewhere, trace[:, 3 + place :]], axis=1)
+    captured = np.insert(np.full((1, 2), name == "simultaneous capture"), place, False, axis=1)
+    paths = Paths.of_trace(three[None], 3, 100, captured)
+    assert BEHAVIOURS[name](paths).tolist() == [1.0]
 
 
 def test_roles_go_with_those_who_have_them(trace: np.ndarray):
