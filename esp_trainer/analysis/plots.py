@@ -128,7 +128,7 @@ def trajectories(axes: Axes, cells: np.ndarray, n_predators: int, size: int) -> 
         axes.plot(*path.T, color=colour, linestyle=_DASHES[agent if hunts else agent - n_predators], linewidth=1)
         axes.plot(*cells[0, agent], marker="o", color=colour, markersize=3, fillstyle="none")
         axes.plot(*cells[-1, agent], marker="^" if hunts else "s", color=colour, markersize=6)
-    axes.set(aspect="equal", xticks=[], yticks=[])
+    axes.set(aspect="equal", xticks=[], yticks=[], xlim=(-1, size), ylim=(-1, size))
     for spine in axes.spines.values():
         spine.set_visible(True)
     steps, agents = np.indices(cells.shape[:2])

@@ -69,7 +69,8 @@ def draw(results: Mapping[str, Results], kept: Path, place: Path) -> None:
             continue
         about, cells = json.loads(str(moments[f"{name}, about"])), moments[name].astype(int)
         env = results[about["arm"]].arm.config.env
-        data = plots.trajectories(panel, cells, env.n_predators, env.size)
+        middle = env.size // 2 - cells[-1, env.n_predators]  # the torus has no edge: the prey goes to the middle
+        data = plots.trajectories(panel, (cells + middle) % env.size, env.n_predators, env.size)
         panel.set_title(f"{name}\n{about['arm']}, seed {about['seed']}, gen. {about['generation']}", fontsize=8)
         rows += [(name, *row) for row in zip(*data.values(), strict=True)]
     columns = zip(*rows, strict=True) if rows else [()] * 5
