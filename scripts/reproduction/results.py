@@ -10,9 +10,13 @@ import numpy as np
 
 from esp_trainer.analysis import games, progress
 from esp_trainer.analysis.games import Sides
+from esp_trainer.analysis.phases import Alternation, alternation
 from esp_trainer.analysis.progress import Progress
 from reproduction.arms import Arm
 from reproduction.measure import is_measured, measured_file
+
+CHANCE = 0.05
+"""How often success may alternate as much by chance."""
 
 
 class Results:
@@ -90,6 +94,17 @@ class Results:
     def cyclic_share(self) -> np.ndarray:
         """Share of who beats whom that depends on the opponent, ``(n_seeds,)``."""
         return np.array([1 - games.decompose(caught, self.episodes).transitive_share for caught in self.caught])
+
+    def alternations(self) -> list[Alternation]:
+        """Of success, champion against champion, in each run."""
+        curves = self["curve.caught"].astype(float)
+        return [alternation(curve, np.random.default_rng(0)) for curve in curves]
+
+    def cycling(self) -> list[bool]:
+        """In which runs success goes there and back more often than an AR(1) curve does 1 time in 20; one rise that
+        stays is an alternation too, but no cycle.
+        """
+        return [each.count >= 2 and each.p <= CHANCE for each in self.alternations()]
 
     def behaviour(self, name: str) -> np.ndarray:
         """Rate over chance by watched generation, ``(n_seeds, n_watched)``; where chance has no meaning, the rate."""

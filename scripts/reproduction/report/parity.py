@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from esp_trainer.analysis.phases import alternation
 from esp_trainer.analysis.progress import historical_progress
 from reproduction.report.words import mean, present
 from reproduction.results import Results
@@ -79,19 +78,18 @@ def cycles(results: dict[str, Results]) -> str:
         "prey-first-3v2",
     ):
         found = results[arm]
-        often = [alternation(curve.astype(float), np.random.default_rng(0)) for curve in found["curve.caught"]]
-        count = np.array([float(each.count) for each in often])
-        significant = sum(each.p <= 0.05 for each in often)
-        rows.append(f"| `{arm}` | {mean(count, 1)} | {significant} of {len(often)} | {mean(found.cyclic_share())} |")
+        count = np.array([float(each.count) for each in found.alternations()])
+        cycles = f"{sum(found.cycling())} of {found.n_seeds}"
+        rows.append(f"| `{arm}` | {mean(count, 1)} | {cycles} | {mean(found.cyclic_share())} |")
     if not rows:
         return ""
     return """## Cycles, and whose they are
 
 Three predators that move at once with the prey close at most three of its four exits, so no pure strategy is safe and cycles
 belong to the game; where the prey move first and are seen, three pursuers suffice (Neufeld & Nowakowski 1998). Alternations of
-success, the seeds in which there are more than an AR(1) curve of the same autocorrelation has, and the share of who beats whom
+success, the seeds in which they make cycles (two or more, and more than by chance), and the share of who beats whom
 that depends on the opponent (beyond noise):
 
-| setting | alternations a run | seeds with more than chance | depends on the opponent |
+| setting | alternations a run | seeds with cycles | depends on the opponent |
 | --- | --- | --- | --- |
 """ + "\n".join(rows)

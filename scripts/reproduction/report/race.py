@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from esp_trainer.analysis.games import exploitability_of_generations, solve
-from esp_trainer.analysis.phases import alternation
 from esp_trainer.analysis.progress import dominant_generations
 from esp_trainer.analysis.ratings import rate
 from reproduction.report.words import mean, present
@@ -17,11 +16,10 @@ def curves(results: dict[str, Results]) -> str:
     lines = []
     for arm in ("paper-3v1", "paper-3v2", "monolithic-3v1", "monolithic-3v2"):
         if arm in results:
-            found = [alternation(c.astype(float), np.random.default_rng(0)) for c in results[arm]["curve.caught"]]
-            often = sum(each.p <= 0.05 for each in found)
-            count = np.mean([each.count for each in found])
+            found = results[arm]
+            count = np.mean([each.count for each in found.alternations()])
             lines.append(
-                f"- `{arm}`: {count:.1f} alternations a run; more than an AR(1) curve has in {often} of {len(found)} seeds."
+                f"- `{arm}`: {count:.1f} alternations a run; cycles in {sum(found.cycling())} of {found.n_seeds} seeds."
             )
     words = "\n".join(lines)
     return f"""## Success over the generations
@@ -30,7 +28,8 @@ def curves(results: dict[str, Results]) -> str:
 
 Champion against champion, from the same held-out starts: means over seeds with 95% intervals. Phase changes are dated by a
 change-point method (PELT with a BIC penalty for an AR(1) process), and an *alternation* is a change of phase from one side of
-the run's mean to the other:
+the run's mean to the other. Success goes in *cycles* where there are two or more, and more than an AR(1) curve of the same
+autocorrelation has 1 time in 20:
 
 {words}
 
