@@ -14,7 +14,8 @@ import numpy as np
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import ROLES, Role, Teams
+from esp_trainer.types import Role, Teams
+from predprey_env.policies.names import other_team
 
 _EPISODES = 1000  # of each final measurement: a standard error of at most 0.016
 
@@ -71,7 +72,7 @@ def best_response(
     if role not in history.champions:
         raise ValueError(f"{role} must evolve in this run to answer anew, but follow a script")
     generation = range(len(history))[generation]
-    other: Role = ROLES[1 - ROLES.index(role)]
+    other = other_team(role)
     config = history.config.replace(seed=seed, generations=n_generations)
     fresh = History.evolve(config, evaluator, watch, {other: history.player(other, generation)})
     curve = fresh.curves["caught"]

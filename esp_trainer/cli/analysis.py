@@ -14,6 +14,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import Role
+from predprey_env.policies.names import other_team
 
 _PANEL = 6  # champions of each other run that a run is measured against
 
@@ -45,7 +46,7 @@ def _met(
     rows = own.predators if role == "predators" else own.prey
     mine, matrices = history.entrants(role, rows), []
     for other in others:
-        theirs = other.entrants("prey" if role == "predators" else "predators", other.sample(_PANEL))
+        theirs = other.entrants(other_team(role), other.sample(_PANEL))
         pair = (mine, theirs) if role == "predators" else (theirs, mine)
         matrices.append(cross_play(*pair, evaluator, n_episodes=own.n_episodes).caught)
     return matrices

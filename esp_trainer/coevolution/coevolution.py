@@ -26,8 +26,7 @@ from esp_trainer.types import (
     TrialBatch,
     TrialResult,
 )
-
-_OTHER: dict[Role, Role] = {"predators": "prey", "prey": "predators"}
+from predprey_env.policies.names import other_team
 
 
 @dataclass(frozen=True)
@@ -112,10 +111,10 @@ class Coevolution:
         if not meets_champions:
             both = self._with_fixed(asked, esp.n_trials)
             result = self.evaluator.evaluate(self._batch(both, starts))
-            return {role: self._trials(result, role, both[_OTHER[role]]) for role in asked}
+            return {role: self._trials(result, role, both[other_team(role)]) for role in asked}
         trials: dict[Role, Trials] = {}
         for role, teams in asked.items():
-            other = _OTHER[role]
+            other = other_team(role)
             side = self.evolving[other]
             draw = self._stream(f"{role} opponents", number)
             opponents = OPPONENTS[esp.pairing](side.subpopulations, side.hall_of_fame, esp.n_trials, draw)

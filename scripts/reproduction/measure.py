@@ -16,8 +16,9 @@ from esp_trainer.analysis.cross_play import cross_play, own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from esp_trainer.types import Role, ScriptedTeams, Teams
 from predprey_env.policies import SCRIPTS
+from predprey_env.policies.names import other_team
 from reproduction.arms import Arm, world_of
 from reproduction.evolve import history_file
 
@@ -105,7 +106,7 @@ def _against_panel(panel: list[Path], history: History, evaluator: FusedEvaluato
     for role in history.champions:
         columns = []
         for member in map(History.load, panel):
-            opponents = member.entrants(_other(role), len(member) * np.arange(1, PANEL + 1) // PANEL - 1)
+            opponents = member.entrants(other_team(role), len(member) * np.arange(1, PANEL + 1) // PANEL - 1)
             columns.append(_caught(role, history.entrants(role, generations), opponents, evaluator))
         found[f"panel.{role}"] = np.concatenate(columns, axis=1).astype(np.float32)
     return found
@@ -115,7 +116,7 @@ def _against_scripts(history: History, evaluator: FusedEvaluator) -> Measured:
     generations, found = history.sample(GENERATIONS), {}
     for role in history.champions:
         mine = history.entrants(role, generations)
-        columns = [_caught(role, mine, ScriptedTeams(script), evaluator) for script in SCRIPTS[_other(role)]]
+        columns = [_caught(role, mine, ScriptedTeams(script), evaluator) for script in SCRIPTS[other_team(role)]]
         found[f"scripts.{role}"] = np.concatenate(columns, axis=1).astype(np.float32)
     return found
 
@@ -143,7 +144,3 @@ def _best_responses(history: History, evaluator: FusedEvaluator) -> Measured:
         answer = best_response(history, role, evaluator, n_generations=RESPONSE_GENERATIONS, seed=seed)
         found[f"response.{role}"] = np.array([answer.before, answer.after])
     return found
-
-
-def _other(role: Role) -> Role:
-    return ROLES[1 - ROLES.index(role)]

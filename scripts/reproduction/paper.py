@@ -65,7 +65,7 @@ def _against_scripts(a: str, b: str) -> Callable[[All], Comparison]:
 
 
 _GLOBAL = "lesser side's progress against held-out opponents"
-_OVERCHANCE = "rate over chance, mean over generations"
+_OVER_CHANCE = "rate over chance, mean over generations"
 
 CLAIMS = [
     Claim(
@@ -223,7 +223,7 @@ CLAIMS = [
             "VI.B",
             says,
             ("paper-3v1",),
-            f"{_OVERCHANCE}: {name}",
+            f"{_OVER_CHANCE}: {name}",
             _behaviour("paper-3v1", name),
             1,
             BEHAVIOUR,
@@ -245,7 +245,7 @@ CLAIMS = [
             "VI.C",
             says,
             ("paper-3v2",),
-            f"{_OVERCHANCE}: {name}",
+            f"{_OVER_CHANCE}: {name}",
             _behaviour("paper-3v2", name),
             1,
             BEHAVIOUR,

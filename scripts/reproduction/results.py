@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,7 @@ class Results:
         """Share of who beats whom that depends on the opponent, ``(n_seeds,)``."""
         return np.array([1 - games.decompose(caught, self.episodes).transitive_share for caught in self.caught])
 
+    @cached_property
     def alternations(self) -> list[Alternation]:
         """Of success, champion against champion, in each run."""
         curves = self["curve.caught"].astype(float)
@@ -104,7 +106,7 @@ class Results:
         """In which runs success goes there and back more often than an AR(1) curve does 1 time in 20; one rise that
         stays is an alternation too, but no cycle.
         """
-        return [each.count >= 2 and each.p <= CHANCE for each in self.alternations()]
+        return [each.count >= 2 and each.p <= CHANCE for each in self.alternations]
 
     def behaviour(self, name: str) -> np.ndarray:
         """Rate over chance by watched generation, ``(n_seeds, n_watched)``; where chance has no meaning, the rate."""

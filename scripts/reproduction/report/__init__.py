@@ -68,4 +68,6 @@ def _method() -> str:
 - **Verdicts.** *Not supported*: the whole interval is below the smallest difference that would matter (0.05 of the prey or episodes,
   0.02 of progress, 0.02 for a behaviour: once in fifty episodes), or the corrected test finds the contrary. *Supported*: the corrected
   test finds it. Else *undecided*. A claim of no change is supported where the whole interval is within that difference.
+- **The lesser side's progress** is below 0 on average where neither side changes, since it takes the worse of two that vary: to be
+  above 0 means all the more, and where it is below, the two sides beside it say more.
 - **Early** and **late** are the first and the last sixth of the generations."""

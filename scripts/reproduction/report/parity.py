@@ -78,7 +78,7 @@ def cycles(results: dict[str, Results]) -> str:
         "prey-first-3v2",
     ):
         found = results[arm]
-        count = np.array([float(each.count) for each in found.alternations()])
+        count = np.array([float(each.count) for each in found.alternations])
         cycles = f"{sum(found.cycling())} of {found.n_seeds}"
         rows.append(f"| `{arm}` | {mean(count, 1)} | {cycles} | {mean(found.cyclic_share())} |")
     if not rows:

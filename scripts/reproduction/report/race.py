@@ -17,7 +17,7 @@ def curves(results: dict[str, Results]) -> str:
     for arm in ("paper-3v1", "paper-3v2", "monolithic-3v1", "monolithic-3v2"):
         if arm in results:
             found = results[arm]
-            count = np.mean([each.count for each in found.alternations()])
+            count = np.mean([each.count for each in found.alternations])
             lines.append(
                 f"- `{arm}`: {count:.1f} alternations a run; cycles in {sum(found.cycling())} of {found.n_seeds} seeds."
             )
