@@ -68,11 +68,28 @@ def test_a_run_is_its_arm_with_a_seed():
     assert (run.preset, run.seed) == ("scaled-3v1", 7)
 
 
-@pytest.mark.parametrize("name", [name for name, arm in OTHERS.items() if name not in PRESETS])
-def test_an_arm_changes_one_thing(name: str):
+def changes(name: str) -> set[str]:
+    """What an arm changes in the paper's setting."""
     config = ARMS[name].config
-    base = preset(f"paper-3v{config.env.n_prey}")
-    changed = differences(config, base) - {"preset"} - ({"generations"} if ARMS[name].part == "sensitivity" else set())
+    given = {"preset", "generations"} if ARMS[name].part == "sensitivity" else {"preset"}
+    return differences(config, preset(f"paper-3v{config.env.n_prey}")) - given
+
+
+SINGLE = [name for name, arm in OTHERS.items() if name not in PRESETS and arm.part != "combination"]
+COMBINED = [name for name, arm in OTHERS.items() if arm.part == "combination"]
+
+
+@pytest.mark.parametrize("name", COMBINED)
+def test_a_combination_is_made_of_what_was_tried_alone(name: str):
+    alone = [changes(single) for single in SINGLE if single[-3:] == name[-3:]]
+    parts = [each for each in alone if each <= changes(name)]
+    assert len(parts) > 1
+    assert set().union(*parts) == changes(name)
+
+
+@pytest.mark.parametrize("name", SINGLE)
+def test_an_arm_changes_one_thing(name: str):
+    changed = changes(name)
     if name.startswith("shared-fitness"):
         assert changed == {"esp.pairing", "esp.fitness_sharing"}
     elif changed != {"predators.input_scale", "prey.input_scale"}:

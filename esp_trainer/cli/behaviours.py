@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from esp_trainer.analysis.behaviours.counts import over_chance
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.watch import watch
@@ -34,19 +35,14 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
     columns = np.unique(np.linspace(0, len(shown) - 1, _COLUMNS).round().astype(int))
     print(f"{episodes} episodes a generation, champion against champion; rate minus rate by chance, in per cent")
     print(f"{'generation':22}" + "".join(f"{shown[column]:>8}" for column in columns))
-    for name, excess in zip(names, np.moveaxis(100 * _excess(rates), 1, 0), strict=True):
+    excesses = over_chance(rates[..., 0], rates[..., 1])
+    for name, excess in zip(names, np.moveaxis(100 * excesses, 1, 0), strict=True):
         cells = "".join(f"{_cell(excess[:, column]):>8}" for column in columns)
         print(f"{name:22}{cells}")
     print("idling and parity idle are plain rates: nothing in them is between predators and prey")
     if len(runs) > 1:
         print(f"means of {len(runs)} runs, with half their 95% intervals behind ±")
     return 0
-
-
-def _excess(rates: np.ndarray) -> np.ndarray:
-    """Rates over chance ``(..., 2)``; where chance has no meaning, the rates."""
-    rate, null = rates[..., 0], rates[..., 1]
-    return np.where(np.isnan(null), rate, rate - null)
 
 
 def _cell(values: np.ndarray) -> str:

@@ -15,7 +15,7 @@ class Arm:
 
     name: str
     part: str
-    """``paper``, ``ablation``, ``sensitivity`` or ``panel``."""
+    """``paper``, ``ablation``, ``sensitivity``, ``combination`` or ``panel``."""
     meaning: str
     config: RunConfig
     seeds: tuple[int, ...]
@@ -70,6 +70,19 @@ _SENSITIVITY: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
     "burst": ("burst mutation after 30 stagnant generations", {"esp": {"burst_after": 30}}),
 }
 
+_UNMATED = {"hof_mates": 0}
+
+_COMBINATIONS: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
+    "unmated-scaled": ("no past mates, offsets times 0.2", {"esp": _UNMATED, "both": {"input_scale": 0.2}}),
+    "unmated-narrow": ("no past mates, initial weights in [-1, 1]", {"esp": _UNMATED | {"init_range": 1.0}}),
+    "unmated-mixed": ("no past mates, mixed opponents", {"esp": _UNMATED | {"pairing": "mixed"}}),
+    "unmated-scaled-mixed": (
+        "no past mates, offsets times 0.2, mixed opponents",
+        {"esp": _UNMATED | {"pairing": "mixed"}, "both": {"input_scale": 0.2}},
+    ),
+}
+"""What did best alone, together."""
+
 _MORE_SEEDS = tuple(range(20))  # signs of ten leave p at 1/512, too much for a correction over 30 claims
 _SEEDS = tuple(range(10))
 _FEWER_SEEDS = tuple(range(5))
@@ -105,6 +118,11 @@ def _arms() -> list[Arm]:
         for task in ("3v2", "3v1"):
             config = _vary(f"paper-{task}", **changes).replace(generations=_SHORTER)
             arms.append(Arm(f"{name}-{task}", "sensitivity", meaning, config, _FEWER_SEEDS))
+    for name, (meaning, changes) in _COMBINATIONS.items():
+        arms += [
+            Arm(f"{name}-{task}", "combination", meaning, _vary(f"paper-{task}", **changes), _SEEDS)
+            for task in ("3v2", "3v1")
+        ]
     return arms + _panel_arms(arms)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import games, progress
+from esp_trainer.analysis.behaviours.counts import over_chance
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.phases import Alternation, alternation
 from esp_trainer.analysis.progress import Progress
@@ -111,7 +112,7 @@ class Results:
     def behaviour(self, name: str) -> np.ndarray:
         """Rate over chance by watched generation, ``(n_seeds, n_watched)``; where chance has no meaning, the rate."""
         rate, null = np.moveaxis(self[f"behaviour.{name}"].astype(float), -1, 0)
-        return np.where(np.isnan(null), rate, rate - null)
+        return over_chance(rate, null)
 
 
 def kept_file(kept: Path, arm: Arm) -> Path:

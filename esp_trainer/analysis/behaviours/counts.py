@@ -23,15 +23,20 @@ class BehaviourRate:
     """Mean over episodes."""
 
     null: float
-    """The same where nobody reacts to anybody (:func:`.null.repaired`)."""
+    """The same where nobody reacts to anybody (:func:`.null.repaired`); nan of what one agent does alone."""
 
     n: int
     """Episodes that the rate is a mean of; of specialisation, predators with a role."""
 
     @property
     def excess(self) -> float:
-        """What is reported: the rate over what chance gives."""
-        return self.rate - self.null
+        """What is reported: see :func:`over_chance`."""
+        return float(over_chance(np.array(self.rate), np.array(self.null)))
+
+
+def over_chance(rate: np.ndarray, null: np.ndarray) -> np.ndarray:
+    """Rates less the rates by chance; where chance has no meaning (nan), the rates themselves."""
+    return np.where(np.isnan(null), rate, rate - null)
 
 
 def count_behaviours(

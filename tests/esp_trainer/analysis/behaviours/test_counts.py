@@ -37,7 +37,8 @@ def test_every_behaviour_is_counted_in_order(wander: Callable[..., np.ndarray]):
 
 def test_walkers_at_random_exceed_nothing(wander: Callable[..., np.ndarray]):
     rates = count_behaviours(Paths.of_trace(wander(300, 2), 3, 100), np.random.default_rng(0))
-    assert all(abs(rate.excess) < 0.02 for rate in rates.values() if not np.isnan(rate.excess))
+    assert all(abs(rate.excess) < 0.02 for rate in rates.values() if not np.isnan(rate.null))
+    assert rates["idling"].excess == rates["idling"].rate, "nobody idles at another by chance"
     assert rates["idling"].rate == pytest.approx(0.2, abs=0.01)
 
 
