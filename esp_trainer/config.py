@@ -31,6 +31,10 @@ class SideConfig(Settings):
     output: Literal["logistic", "linear"] = "logistic"
     """Activation of the output neurons."""
 
+    choice: Literal["most_votes", "drawn"] = "most_votes"
+    """How votes become an action: the one with the most (section VI), or one that is drawn, with chances in proportion
+    to e to the power of the votes, which opponents cannot foresee."""
+
     input_scale: float = Field(default=1.0, ge=1e-6, le=1e6)
     """Factor on the offsets that a network reads, in 1/cells; 1 feeds raw cells."""
 

@@ -36,6 +36,8 @@ class Controller(NamedTuple):
     """As many zeros as there are actions; compiled code takes the number from the type."""
     bias: bool
     logistic_output: bool
+    draws: bool
+    """Whether the action is drawn by the votes; else it is the one with the most."""
     skip_silent: bool
     """Whether a network whose inputs are all zero (its opponent is caught) has no vote."""
     input_scale: np.float32

@@ -30,6 +30,7 @@ def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int, n_agen
         blank=(np.float32(0.0),) * n_actions,
         bias=side.bias,
         logistic_output=side.output == "logistic",
+        draws=side.choice == "drawn",
         skip_silent=side.captured_vote == "skip",
         input_scale=np.float32(side.input_scale),
         combines=side.controller == "combiner",

@@ -12,6 +12,7 @@ from esp_trainer.types import Controller
 from predprey_env.compilation import rule
 from predprey_env.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.lanes import load, store, where
+from predprey_env.policies.chance import advance, share
 from predprey_env.policies.protocol import choose
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
@@ -32,9 +33,22 @@ def logistic(z: Any) -> Any:
     z = where(z < -BOUND, -BOUND, z)
     z = where(z > BOUND, BOUND, z)
     shifted = fma(z, -LOG2_E, ROUNDER)
-    f = fma(z, -LOG2_E, ROUNDER - shifted)
-    power = fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
+    power = _fraction_of_power(fma(z, -LOG2_E, ROUNDER - shifted))
     return ONE / fma(power, power_of_two(shifted), ONE)
+
+
+@rule
+def exponential(z: Any) -> Any:
+    """``exp(z)`` of numbers up to 0 likewise; those below -44 count as that bound."""
+    z = where(z < -BOUND, -BOUND, z)
+    shifted = fma(z, LOG2_E, ROUNDER)
+    return _fraction_of_power(fma(z, LOG2_E, ROUNDER - shifted)) * power_of_two(shifted)
+
+
+@rule
+def _fraction_of_power(f: Any) -> Any:
+    """``2 ** f`` of a fraction in [-1/2, 1/2]."""
+    return fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
 
 
 @rule
@@ -72,6 +86,9 @@ def add_votes(
 def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, inputs: Any, votes: Any) -> None:
     """All networks' votes for each action, to the first rows of ``votes``: the sums of their outputs (section VI,
     figure 3), or what the combiner makes of them (section VIII).
+
+    ``weights`` holds the networks one after the other from row ``at`` on; ``member`` is which of the agents that they
+    steer together votes; ``inputs`` and ``votes`` are scratch of at least ``max(fan_in) + 1`` and ``n_votes`` rows.
     """
     n_actions = len(controller.blank)
     for network in range(controller.n_networks + (1 if controller.combines else 0)):
@@ -92,18 +109,36 @@ def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, 
 
 
 @rule
-def decide(controller: Controller, weights: Any, at: int, member: int, seen: Any, inputs: Any, votes: Any) -> Any:
-    """An agent's action: the one with the most votes; of equal ones the lowest index.
-
-    ``weights`` holds the networks one after the other from row ``at`` on; ``member`` is which of the agents that they
-    steer together decides; ``inputs`` and ``votes`` are scratch of at least ``max(fan_in) + 1`` and ``n_votes`` rows.
-    """
-    vote(controller, weights, at, member, seen, inputs, votes)
+def most_votes(controller: Controller, votes: Any) -> Any:
+    """The action with the most votes; of equal ones the lowest index."""
     more = load(votes, 1) > load(votes, 0)
     most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
     for action in range(2, len(controller.blank)):
         more = load(votes, action) > most
         most, winner = where(more, load(votes, action), most), where(more, action, winner)
+    return winner
+
+
+@rule
+def draw(controller: Controller, votes: Any, memory: Any, at: int) -> Any:
+    """An action, with chances in proportion to ``exp(votes)``; ``memory`` holds in row ``at`` the state to draw from.
+
+    The votes are used up.
+    """
+    n_actions, most = len(controller.blank), load(votes, 0)
+    for action in range(1, n_actions):
+        most = where(load(votes, action) > most, load(votes, action), most)
+    total = exponential(load(votes, 0) - most)
+    store(votes, 0, total)
+    for action in range(1, n_actions):  # each with all before it
+        total = total + exponential(load(votes, action) - most)
+        store(votes, action, total)
+    state = load(memory, at)
+    store(memory, at, advance(state))
+    point = share(state) * total
+    winner = where(point >= load(votes, 0), 1, 0)
+    for action in range(1, n_actions - 1):
+        winner = winner + where(point >= load(votes, action), 1, 0)
     return winner
 
 
@@ -118,7 +153,7 @@ class Networks(NamedTuple):
 
 
 @rule
-def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - it needs no memory
+def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:
     """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`.
 
     To a central controller ``seen`` holds what every agent sees, one after the other.
@@ -127,7 +162,10 @@ def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any
     genome, member = agent // controller.n_together, agent % controller.n_together
     n_networks = controller.n_networks + (1 if controller.combines else 0)
     first = genome * n_networks * controller.n_hidden * controller.n_genes
-    return decide(controller, networks.weights, first, member, seen, networks.inputs, networks.votes)
+    vote(controller, networks.weights, first, member, seen, networks.inputs, networks.votes)
+    if controller.draws:
+        return draw(controller, networks.votes, memory, at)
+    return most_votes(controller, networks.votes)
 
 
 choose.register(Networks, play)

@@ -17,12 +17,12 @@ from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
 from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig
 from predprey_env.policies.names import PREFIXES, agent_number, other_team
-from predprey_env.policies.protocol import choose
+from predprey_env.policies.protocol import Memories, choose
 
 
 @entry_point
-def _decide(networks: Networks, agent: int, seen: Any) -> int:
-    return choose(networks, agent, seen, networks.inputs, 0)  # type: ignore[no-any-return]
+def _decide(networks: Networks, agent: int, seen: Any, memory: Any) -> int:
+    return choose(networks, agent, seen, memory, 0)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,10 @@ class Team:
     n_seen: int | None = None
     """Length of the observations that it was evolved on; None for any that hold what its networks read."""
 
+    _memories: Memories = field(init=False, repr=False)
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "_memories", Memories(self.role == "prey"))
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
         if not np.isfinite(self.genomes).all():
@@ -55,7 +58,8 @@ class Team:
         return len(self.genomes) * self.controller.n_together
 
     def reset(self, seed: int | None = None) -> None:
-        """Nothing to forget, and nothing random."""
+        """Start an episode. Only of a team whose actions are drawn anything is random: it follows from the seed."""
+        self._memories.reset(seed)
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
         """An action for each agent that has an observation, float32 ``(n_seen,)``; the other team's are passed over."""
@@ -69,7 +73,7 @@ class Team:
             for row, view in views.items():
                 whole[row] = view[: self.controller.n_seen]
             views = dict.fromkeys(views, whole.ravel())
-        return {agent: int(_decide(networks, row, views[row])) for agent, row in rows.items()}
+        return {agent: int(_decide(networks, row, views[row], self._memories.of(row))) for agent, row in rows.items()}
 
     def compiled(self, team: Role, env: EnvConfig, lanes: int) -> Networks:
         """The team as a player in compiled code, for one world (``lanes = 0``) or so many at a time.

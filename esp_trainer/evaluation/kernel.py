@@ -20,6 +20,7 @@ from predprey_env.dynamics import World, is_over, predators_turn, prey_turn, ste
 from predprey_env.fitness import fitness
 from predprey_env.lanes import LANES, any_of, lane_zeros, load, store, where
 from predprey_env.observation import observe
+from predprey_env.policies.chance import scramble
 from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.policies.scripted import Script, follow
 
@@ -48,7 +49,7 @@ class Memory(NamedTuple):
     clock: Any
     actions: Any
     kept: Any
-    """What scripts remember: ``MEMORY`` rows for each agent."""
+    """What agents remember, scripted ones and those that draw: ``MEMORY`` rows for each."""
     predator_weights: Any
     prey_weights: Any
     seen: Any
@@ -108,12 +109,16 @@ def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
                 row += side.genomes.shape[4]
 
 
-def script_seed(trial: int, episode: int, n_episodes: int) -> int:
-    """What a scripted team is reset with in an episode of a batch."""
-    return trial * n_episodes + episode
-
-
-_script_seed = rule(script_seed)
+@rule
+def seed_of(start: Any) -> int:
+    """What both teams are reset with in an episode: it follows from where everybody starts, so that an episode does
+    not depend on what else is in its batch. ``start`` is int32 ``(n_agents, 2)``.
+    """
+    seed = 0
+    for agent in range(start.shape[0]):
+        for axis in range(2):
+            seed = scramble(seed, start[agent, axis])
+    return seed
 
 
 @rule
@@ -121,11 +126,12 @@ def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome)
     """Put a lane's world to the start of its episode."""
     episode = memory.episode[lane]
     n_predators = starts.shape[2] - len(memory.world.alive)
+    seed = seed_of(starts[trial, episode])
     for agent in range(starts.shape[2]):
         memory.world.x[agent, lane] = starts[trial, episode, agent, 0]
         memory.world.y[agent, lane] = starts[trial, episode, agent, 1]
         prey = agent >= n_predators
-        number, seed = agent - n_predators * prey, _script_seed(trial, episode, starts.shape[1])
+        number = agent - n_predators * prey
         for row in range(MEMORY):
             memory.kept[agent * MEMORY + row, lane] = first_memory(seed, prey, number, row)
     for prey in range(len(memory.world.alive)):

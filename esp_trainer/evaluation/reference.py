@@ -14,7 +14,6 @@ from pettingzoo import ParallelEnv
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import Team, pick
-from esp_trainer.evaluation.kernel import script_seed
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, Teams, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
@@ -27,6 +26,10 @@ class ResettableStarts(Starts, Protocol):
 
     def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
         """What to call ``reset`` with."""
+        ...
+
+    def policy_seed(self, start: np.ndarray) -> int:
+        """What both teams are reset with."""
         ...
 
 
@@ -70,8 +73,7 @@ class ReferenceEvaluator:
         for trial in range(n_trials):
             policies = {role: self._policy(role, getattr(batch, role), trial) for role in ROLES}
             for episode in range(n_episodes):
-                seed = script_seed(trial, episode, n_episodes)
-                steps_of_episode = self.play(policies, batch.starts[trial, episode], seed)
+                steps_of_episode = self.play(policies, batch.starts[trial, episode])
                 for call, (rewards, infos) in enumerate(steps_of_episode, start=1):
                     result.fitness[trial, episode] += [rewards.get(agent, 0.0) for agent in everybody]
                     caught = [infos.get(agent, {}).get("captured", 0) for agent in self.agents["prey"]]
@@ -81,12 +83,12 @@ class ReferenceEvaluator:
         return result
 
     def play(
-        self, policies: dict[Role, Policy], start: np.ndarray, seed: int = 0
+        self, policies: dict[Role, Policy], start: np.ndarray
     ) -> Iterator[tuple[dict[str, float], dict[str, dict[str, Any]]]]:
         """One episode, step by step: everybody's rewards and infos."""
         observations, infos = self.env.reset(**self.starts.reset_arguments(start))
         for policy in policies.values():
-            policy.reset(seed)
+            policy.reset(self.starts.policy_seed(start))
         while self.env.agents:
             actions: dict[str, int] = {}
             for role, policy in policies.items():

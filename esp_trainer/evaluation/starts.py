@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.evaluation.kernel import seed_of
 from predprey_env.config import EnvConfig
 from predprey_env.starts import draw_starts, on_a_predator
 
@@ -54,6 +55,10 @@ class CellStarts:
         """What to call the environment's ``reset`` with for a start."""
         return {"options": {"starts": start}}
 
+    def policy_seed(self, start: np.ndarray) -> int:
+        """What both teams are reset with in an episode from a start."""
+        return int(seed_of(start))
+
 
 class SeedStarts:
     """Starts of any environment: the seeds to reset it with, int64 ``(n_trials, n_episodes)``."""
@@ -76,6 +81,10 @@ class SeedStarts:
     def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
         """What to call the environment's ``reset`` with for a start."""
         return {"seed": int(start)}
+
+    def policy_seed(self, start: np.ndarray) -> int:
+        """What both teams are reset with in an episode from a start."""
+        return int(start)
 
 
 def distances(starts: np.ndarray, config: EnvConfig) -> np.ndarray:

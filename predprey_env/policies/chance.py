@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from predprey_env.compilation import rule
+from predprey_env.floats import as_float
 from predprey_env.lanes import where
 
 _LOW_BITS = (1 << 31) - 1
+_UNIT = np.float32(2.0**-31)
 
 
 @rule
@@ -28,8 +32,14 @@ def advance(state: Any) -> Any:
 @rule
 def pick(state: Any, n: int) -> Any:
     """A number in ``0 .. n - 1`` from the high bits of a state, which are the random ones."""
-    share = (1 << 31) // n
-    picked = where(state >= share, 1, 0)
+    part = (1 << 31) // n
+    picked = where(state >= part, 1, 0)
     for k in range(2, n):
-        picked = picked + where(state >= k * share, 1, 0)
+        picked = picked + where(state >= k * part, 1, 0)
     return picked
+
+
+@rule
+def share(state: Any) -> Any:
+    """A 32-bit float in [0, 1] from a state."""
+    return as_float(state) * _UNIT

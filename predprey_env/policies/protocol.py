@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import singledispatch
+from operator import index
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numba.extending import overload
 
-from predprey_env.compilation import rule
+from predprey_env.compilation import entry_point, rule
 from predprey_env.policies.chance import scramble
 
 MEMORY = 4
@@ -25,6 +26,35 @@ def first_memory(seed: int, prey: bool, agent: int, row: int) -> int:
     in the others 0.
     """
     return scramble(seed, agent + (_PREY if prey else 0)) if row == 0 else 0
+
+
+@entry_point
+def _begin(memory: Any, seed: int, prey: bool, agent: int) -> None:
+    for row in range(MEMORY):
+        memory[row] = first_memory(seed, prey, agent, row)
+
+
+class Memories:
+    """What the agents of a team remember where they are asked one at a time: int32 ``(MEMORY,)`` each."""
+
+    def __init__(self, prey: bool) -> None:
+        self._prey = prey
+        self._seed: int | None = None  # drawn when first needed
+        self._of: dict[int, np.ndarray] = {}
+
+    def reset(self, seed: int | None) -> None:
+        """Start an episode; without a seed, what is random differs each time."""
+        self._seed = None if seed is None else index(seed) % 2**31
+        self._of.clear()
+
+    def of(self, agent: int) -> np.ndarray:
+        """Of the agent with a number in its team; it changes it."""
+        if agent not in self._of:
+            if self._seed is None:
+                self._seed = int(np.random.default_rng().integers(2**31))
+            self._of[agent] = np.zeros(MEMORY, np.int32)
+            _begin(self._of[agent], self._seed, self._prey, agent)
+        return self._of[agent]
 
 
 @runtime_checkable

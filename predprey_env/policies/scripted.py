@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import index
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from predprey_env.policies.chance import advance, pick
 from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_team
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
-from predprey_env.policies.protocol import MEMORY, choose, first_memory
+from predprey_env.policies.protocol import Memories, choose
 
 RANDOM, GREEDY_CHASE, PARITY_CHASE, INTERCEPT, SURROUND, FLEE_NEAREST, FLEE_CENTROID, RUN_STRAIGHT = range(1, 9)
 
@@ -72,10 +71,7 @@ choose.register(Script, follow)
 
 
 @entry_point
-def _act(script: Script, prey: bool, agent: int, seen: Any, memory: Any, seed: int, fresh: bool) -> int:
-    if fresh:
-        for row in range(MEMORY):
-            memory[row] = first_memory(seed, prey, agent, row)
+def _act(script: Script, agent: int, seen: Any, memory: Any) -> int:
     return follow(script, agent, seen, memory, 0)  # type: ignore[no-any-return]
 
 
@@ -108,13 +104,11 @@ class ScriptedTeam:
         if self.n_actions < 4:
             raise ValueError(f"a script needs the four moves at least, got n_actions={n_actions}")
         self.in_turns = in_turns
-        self._seed: int | None = None  # drawn when first needed
-        self._memory: dict[str, np.ndarray] = {}
+        self._memories = Memories(self.team == "prey")
 
     def reset(self, seed: int | None = None) -> None:
         """Start an episode; without a seed, what is random differs each time."""
-        self._seed = None if seed is None else index(seed) % 2**31
-        self._memory.clear()
+        self._memories.reset(seed)
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
         """An action for each agent that has an observation; the other team's are passed over."""
@@ -139,12 +133,6 @@ class ScriptedTeam:
         return cls(script, team, env.team(team).n_actions, in_turns=env.move_order == "prey_first")
 
     def _choose(self, agent: str, seen: np.ndarray) -> int:
-        if self._seed is None:
-            self._seed = int(np.random.default_rng().integers(2**31))
-        fresh = agent not in self._memory
-        if fresh:
-            self._memory[agent] = np.zeros(MEMORY, np.int32)
         script = Script(NUMBERS[self.script], len(seen) // 2, self.n_actions, self.in_turns)
-        view = np.ascontiguousarray(seen, np.float32)
-        number, prey = agent_number(agent), self.team == "prey"
-        return int(_act(script, prey, number, view, self._memory[agent], self._seed, fresh))
+        number = agent_number(agent)
+        return int(_act(script, number, np.ascontiguousarray(seen, np.float32), self._memories.of(number)))

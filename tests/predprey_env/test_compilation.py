@@ -17,7 +17,7 @@ from numba.core.registry import CPUDispatcher
 from predprey_env import EnvConfig, compilation
 from predprey_env.dynamics import World
 from predprey_env.parallel_env import EVERYBODY, NOBODY, PREDATORS, PREY, _advance
-from predprey_env.policies.protocol import MEMORY
+from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
 from predprey_env.starts import draw_starts
 
@@ -182,12 +182,12 @@ def test_compiled_rules_equal_their_python_source(config: EnvConfig, seed: int) 
 def test_compiled_scripts_equal_their_python_source(script: str, n_actions: int, in_turns: bool) -> None:
     python, random = as_python(_act, {}), np.random.default_rng(0)
     player, memories = Script(NUMBERS[script], 3, n_actions, in_turns), np.zeros((2, MEMORY), np.int32)
+    for begin, memory in zip((_begin, as_python(_begin, {})), memories, strict=True):
+        begin(memory, 5, True, 2)
+    assert memories[0].tolist() == memories[1].tolist()
     seen = random.integers(-4, 5, 6).astype(np.float32)
-    for step in range(200):
+    for _ in range(200):
         seen[random.integers(6)] += random.integers(-1, 2)  # by a step, as what moves is seen to
-        actions = [
-            act(player, True, 2, seen, memory, 5, step == 0)
-            for act, memory in zip((_act, python), memories, strict=True)
-        ]
+        actions = [act(player, 2, seen, memory) for act, memory in zip((_act, python), memories, strict=True)]
         assert actions[0] == actions[1]
         assert memories[0].tolist() == memories[1].tolist()

@@ -148,7 +148,7 @@ def networks() -> Networks:
 SCRIPT, TOLD = Script(1, 3, 4, False), Dictated()
 RULES = {  # for each class of player, the file of its rule and one that it calls
     "script": (SCRIPT, {"scripted.py", "predators.py", "prey.py", "sight.py", "chance.py"}),
-    "networks": (networks(), {"network.py", "types.py"}),
+    "networks": (networks(), {"network.py", "types.py", "chance.py"}),
     "told": (TOLD, set()),
 }
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.esp.network import decide, logistic
+from esp_trainer.esp.network import draw, exponential, logistic, most_votes, vote
 from esp_trainer.types import Controller
 from predprey_env.compilation import entry_point
 from predprey_env.lanes import LANES, load, store
@@ -28,7 +28,19 @@ def _logistics(z: Any, out: Any) -> None:
 
 @entry_point
 def _decide(controller: Any, weights: Any, seen: Any, inputs: Any, votes: Any, action: Any) -> None:
-    store(action, 0, decide(controller, weights, 0, 0, seen, inputs, votes))
+    vote(controller, weights, 0, 0, seen, inputs, votes)
+    store(action, 0, most_votes(controller, votes))
+
+
+@entry_point
+def _draw(controller: Any, votes: Any, memory: Any, action: Any) -> None:
+    store(action, 0, draw(controller, votes, memory, 0))
+
+
+@entry_point
+def _exponentials(z: Any, out: Any) -> None:
+    for row in range(len(z)):
+        store(out, row, exponential(load(z, row)))
 
 
 def logistics(z: Any) -> np.ndarray:
@@ -282,3 +294,60 @@ def test_sixteen_agents_in_lanes_equal_one_at_a_time_bit_for_bit(side: SideConfi
     alone = [play(controller, one, view) for one, view in zip(genes, seen, strict=True)]
     assert votes.tobytes() == np.array([votes for votes, _ in alone]).tobytes()
     assert actions.tolist() == [int(action) for _, action in alone]
+
+
+# Actions that are drawn.
+
+
+def drawn(votes: Any, memory: np.ndarray) -> np.ndarray:
+    """Actions for ``votes (..., n_actions)``; ``memory (1, ...)`` goes on to its next state."""
+    votes = np.ascontiguousarray(np.asarray(votes, np.float32).T)
+    action = np.empty((1, *votes.shape[1:]), np.int32)
+    _draw(one_network(n_actions=len(votes), choice="drawn"), votes, memory, action)
+    return action[0]
+
+
+@pytest.mark.parametrize("z", [0.0, -1e-7, -0.5, -1.0, -10.0, -43.9])
+def test_the_exponential_is_off_by_a_few_units_in_the_last_place(z: float):
+    out = np.empty(1, np.float32)
+    _exponentials(np.array([z], np.float32), out)
+    assert out[0] == pytest.approx(exp(np.float32(z)), rel=5e-6)
+
+
+def test_far_below_the_exponential_stays_normal():
+    out = np.empty(1, np.float32)
+    _exponentials(np.array([-1e6], np.float32), out)
+    assert SMALLEST_NORMAL < out[0] < 1e-19
+
+
+def test_actions_are_drawn_in_proportion_to_e_to_the_power_of_the_votes():
+    votes, memory = [log(4), log(1), log(3), log(2)], np.array([12345], np.int32)
+    counts = np.bincount([int(drawn(votes, memory)) for _ in range(20_000)], minlength=4)
+    np.testing.assert_allclose(counts / 20_000, [0.4, 0.1, 0.3, 0.2], atol=0.015)
+
+
+def test_votes_count_by_their_differences_alone():
+    for shift in (-1000.0, 0.0, 1000.0):
+        memory = np.array([7], np.int32)
+        actions = [int(drawn(np.array([0.0, 1.0, 2.0]) + shift, memory)) for _ in range(200)]
+        if shift == -1000.0:
+            expected = actions
+        assert actions == expected
+
+
+def test_a_vote_far_above_the_others_is_always_followed():
+    for state in (0, 1, 2**30, 2**31 - 1):
+        for action in range(5):
+            assert drawn(np.eye(5)[action] * 50, np.array([state], np.int32)) == action
+
+
+def test_the_first_and_the_last_state_draw_the_first_and_the_last_action():
+    assert drawn([0.0, 0.0, 0.0], np.array([0], np.int32)) == 0
+    assert drawn([0.0, 0.0, 0.0], np.array([2**31 - 1], np.int32)) == 2
+
+
+@given(st.integers(0, 2**31 - 1), st.lists(st.floats(-50, 50, width=32), min_size=5, max_size=5))
+def test_lanes_draw_as_one_does(state: int, votes: list[float]):
+    memory = np.array([(state + lane * 99991) % 2**31 for lane in range(LANES)], np.int32)
+    each = [int(drawn(votes, memory[lane : lane + 1].copy())) for lane in range(LANES)]
+    np.testing.assert_array_equal(drawn([votes] * LANES, memory[None].copy()), each)

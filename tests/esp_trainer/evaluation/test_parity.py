@@ -13,6 +13,7 @@ from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.kernel import seed_of
 from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
@@ -80,6 +81,12 @@ VARIANTS = {
     "scaled": both(input_scale=0.2),
     "skip": both(captured_vote="skip"),
     "skip, linear, bias": both(captured_vote="skip", output="linear", bias=True),
+    "drawn": both(choice="drawn"),
+    "drawn, linear, in turns": Switches(
+        {"move_order": "prey_first"}, {"choice": "drawn", "output": "linear", "input_scale": 0.01}, {"choice": "drawn"}
+    ),
+    "drawn, central": both(choice="drawn", controller="central"),
+    "drawn, combiner": both(choice="drawn", controller="combiner"),
     "one hidden neuron": both(n_hidden=1),
     "wide prey": Switches({}, {}, {"n_hidden": 30}),
     "fixed prey": Switches({}, {}, {"policy": "flee_nearest"}),
@@ -129,7 +136,7 @@ def assert_same_walks(config: EnvConfig, batch: TrialBatch) -> None:
         predators = policy("predators", batch.predators, trial, config)
         prey = policy("prey", batch.prey, trial, config)
         for episode, start in enumerate(batch.starts[trial]):
-            path = walk(env, predators, prey, start, seed=trial * len(batch.starts[trial]) + episode)
+            path = walk(env, predators, prey, start, seed=seed_of(start))
             assert np.array_equal(trace[trial, episode, : len(path)], path)
             assert (trace[trial, episode, len(path) :] == -1).all()
 
