@@ -9,6 +9,8 @@ from predprey_env.config import EnvConfig
 
 _ONE_PREY = EnvConfig(n_prey=1)
 _MONOLITHIC = SideConfig(controller="monolithic")
+_SCALED = SideConfig(input_scale=0.2)
+_UNMATED = EspConfig(hof_mates=0)
 
 PRESETS: dict[str, tuple[str, RunConfig]] = {
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
@@ -46,6 +48,14 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
     "combiner-3v1": (
         "the same for a single prey",
         RunConfig(env=_ONE_PREY, prey=SideConfig(controller="combiner")),
+    ),
+    "modern-3v2": (
+        "the setting with the strongest race on both sides (docs/reproduction.md): no past mates, offsets times 0.2",
+        RunConfig(predators=_SCALED, prey=_SCALED, esp=_UNMATED),
+    ),
+    "modern-3v1": (
+        "the same for a single prey",
+        RunConfig(env=_ONE_PREY, predators=_SCALED, prey=_SCALED, esp=_UNMATED),
     ),
     "fleeing-prey": (
         "predators evolve against the fixed prey of Yong & Miikkulainen, which runs from the nearest",

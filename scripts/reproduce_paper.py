@@ -84,8 +84,9 @@ def draw(results: dict[str, Results], kept: Path) -> None:
     ):
         figure(results, place)
     figures.forest(results, place, "ablations", ("paper", "ablation"))
-    if any(found.arm.part == "sensitivity" for found in results.values()):
-        figures.forest(results, place, "sensitivity", ("sensitivity",))
+    for name, parts in {"sensitivity": ("sensitivity",), "modern": ("combination", "modern")}.items():
+        if any(found.arm.part in parts for found in results.values()):
+            figures.forest(results, place, name, parts)
 
 
 def origin(missing: tuple[str, ...]) -> report.Origin:

@@ -15,7 +15,7 @@ class Arm:
 
     name: str
     part: str
-    """``paper``, ``ablation``, ``sensitivity``, ``combination`` or ``panel``."""
+    """``paper``, ``ablation``, ``sensitivity``, ``combination``, ``modern`` or ``panel``."""
     meaning: str
     config: RunConfig
     seeds: tuple[int, ...]
@@ -49,6 +49,8 @@ _BOTH_TASKS: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
     "scaled": ("offsets times 0.2", {"both": {"input_scale": 0.2}}),
     "prey-first": ("the prey move, then the predators see it and move", {"env": {"move_order": "prey_first"}}),
     "complementary": ("prey earn 25 minus what predators earn", {"env": {"prey_fitness": "complementary"}}),
+    "linear": ("linear outputs", {"both": {"output": "linear"}}),
+    "drawn": ("linear outputs, actions drawn by the votes", {"both": {"output": "linear", "choice": "drawn"}}),
     "no-idling": ("predators must move", {"env": {"predator_idle": False}}),
 }
 
@@ -85,6 +87,7 @@ _COMBINATIONS: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
 
 _MORE_SEEDS = tuple(range(20))  # signs of ten leave p at 1/512, too much for a correction over 30 claims
 _SEEDS = tuple(range(10))
+_CONFIRMING_SEEDS = tuple(range(100, 120))  # no part in the choice of what they confirm
 _FEWER_SEEDS = tuple(range(5))
 _HELD_OUT_SEEDS = (1000, 1001, 1002)
 _SHORTER = 300
@@ -123,6 +126,9 @@ def _arms() -> list[Arm]:
             Arm(f"{name}-{task}", "combination", meaning, _vary(f"paper-{task}", **changes), _SEEDS)
             for task in ("3v2", "3v1")
         ]
+    for task in ("3v2", "3v1"):
+        meaning = "as `unmated-scaled`, from seeds that had no part in its choice"
+        arms.append(Arm(f"modern-{task}", "modern", meaning, preset(f"modern-{task}"), _CONFIRMING_SEEDS))
     return arms + _panel_arms(arms)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from esp_trainer import RunConfig
 from esp_trainer.analysis.best_response import best_response
 from esp_trainer.analysis.cross_play import cross_play, own_cross_play
 from esp_trainer.analysis.history import History
@@ -45,12 +46,17 @@ def is_measured(place: Path, arm: Arm, seed: int) -> bool:
     if not file.exists():
         return False
     with np.load(file) as arrays:
-        return "about" in arrays and str(arrays["about"]) == about(arm, seed)
+        return "about" in arrays and config_of(str(arrays["about"])) == arm.run(seed)
 
 
-def about(arm: Arm, seed: int) -> str:
-    """What a measurement belongs to: the config of its run."""
-    return json.dumps(arm.run(seed).model_dump())
+def config_of(about: str) -> RunConfig | None:
+    """The config that a measurement says it is of; a field that did not exist then has its default. None for no
+    config.
+    """
+    try:
+        return RunConfig.from_dict(json.loads(about))
+    except ValueError:
+        return None
 
 
 def measure(place: Path, arms: Iterable[Arm], panels: Iterable[Arm], workers: int) -> None:
@@ -88,7 +94,7 @@ def _measure_run(place: Path, arm: Arm, seed: int, panel: list[Path]) -> None:
         found |= _best_responses(history, evaluator)
     beside = measured_file(place, arm, seed).with_suffix(".part")
     with beside.open("wb") as file:
-        np.savez_compressed(file, about=np.array(about(arm, seed)), **found)
+        np.savez_compressed(file, about=np.array(json.dumps(history.config.model_dump())), **found)
     beside.replace(measured_file(place, arm, seed))
 
 

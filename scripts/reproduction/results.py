@@ -15,7 +15,7 @@ from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.phases import Alternation, alternation
 from esp_trainer.analysis.progress import Progress
 from reproduction.arms import Arm
-from reproduction.measure import is_measured, measured_file
+from reproduction.measure import config_of, is_measured, measured_file
 
 CHANCE = 0.05
 """How often success may alternate as much by chance."""
@@ -127,9 +127,7 @@ def load(kept: Path, arm: Arm) -> Results | None:
         return None
     with np.load(file) as arrays:
         found = dict(arrays)
-    if str(found.pop("about", "")) != _about(arm):
-        return None
-    return Results(arm, found)
+    return Results(arm, found) if _is_about(str(found.pop("about", "{}")), arm) else None
 
 
 def gather(place: Path, kept: Path, arm: Arm) -> None:
@@ -147,3 +145,8 @@ def gather(place: Path, kept: Path, arm: Arm) -> None:
 
 def _about(arm: Arm) -> str:
     return json.dumps({"config": arm.config.model_dump(), "seeds": arm.seeds})
+
+
+def _is_about(about: str, arm: Arm) -> bool:
+    told = json.loads(about)
+    return config_of(json.dumps(told.get("config"))) == arm.config and told.get("seeds") == list(arm.seeds)

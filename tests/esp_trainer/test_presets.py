@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 PAPER = ["paper-3v2", "paper-3v1", "monolithic-3v2", "monolithic-3v1", "monolithic-3v1-wide", "fleeing-prey"]
 BESIDE = ["matched-3v2", "matched-3v1", "combiner-3v2", "combiner-3v1", "fleeing-prey-central"]
 """What takes the paper's systems apart, puts them together further, or is compared with them."""
+MODERN = ["modern-3v2", "modern-3v1"]
 
 
 def n_genes(name: str, role: Role) -> int:
@@ -28,7 +29,7 @@ def n_genes(name: str, role: Role) -> int:
 
 
 def test_there_is_a_preset_for_each_experiment_and_a_small_one():
-    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, "smoke"])
+    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, "smoke"])
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -59,6 +60,13 @@ def test_paper_presets_have_the_parameters_of_section_v(name: str):
     assert config.esp.mutation_rate == 0.4
     assert config.predators.n_hidden == 10
     assert config.predators.output == "logistic"
+
+
+@pytest.mark.parametrize("name", MODERN)
+def test_modern_is_the_papers_setting_without_past_mates_and_with_scaled_offsets(name: str):
+    paper = preset(name.replace("modern", "paper"))
+    sides = {role: getattr(paper, role).replace(input_scale=0.2) for role in ("predators", "prey")}
+    assert preset(name) == paper.replace(preset=name, esp=paper.esp.replace(hof_mates=0), **sides)
 
 
 @pytest.mark.parametrize("name", [*PAPER, *BESIDE])

@@ -10,7 +10,7 @@ from reproduction.report.behaviours import behaviours
 from reproduction.report.claims import claims
 from reproduction.report.parity import cycles, parity
 from reproduction.report.race import curves, exploitable, games, progress
-from reproduction.report.settings import sensitivity, settings
+from reproduction.report.settings import sensitivity, settings, strongest
 from reproduction.results import Results
 
 
@@ -39,6 +39,7 @@ def write(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Orig
         behaviours(results),
         settings(results, "Ablations", ("paper", "ablation"), "ablations"),
         sensitivity(results),
+        strongest(results),
         _method(),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"

@@ -1,10 +1,11 @@
-"""Every setting beside every other: ablations and sensitivity."""
+"""Every setting beside every other: ablations, sensitivity, and the strongest."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from esp_trainer.analysis.inference import compare, holm
+from esp_trainer.analysis.inference import Comparison, compare, holm
+from reproduction.arms import world_of
 from reproduction.report.words import mean, p_value
 from reproduction.results import Results
 
@@ -53,24 +54,75 @@ def sensitivity(results: dict[str, Results]) -> str:
         return ""
     generations = found[0]["curve.caught"].shape[1]
     table = settings(results, "Sensitivity: one factor at a time", ("sensitivity",), "sensitivity", generations)
-    rows, tests = [], []
-    for arm in [*found, *(a for a in results.values() if a.arm.name.startswith("scaled-"))]:
-        base = results.get(f"paper-3v{arm.arm.config.env.n_prey}")
-        if base is not None:
-            test = compare(arm.two_sided(until=generations), base.two_sided(until=generations))
-            tests.append((arm.arm.name, test))
-    for (name, test), p in zip(tests, holm([test.p for _, test in tests]) if tests else [], strict=True):
-        rows.append(
-            (
-                test.difference,
-                f"| `{name}` | {test.difference:+.3f} [{test.low:+.3f}, {test.high:+.3f}] | {test.effect:+.2f} | {p_value(float(p))} |",
-            )
-        )
-    ranked = "\n".join(row for _, row in sorted(rows, reverse=True))
+    one_factor = [arm for arm in results.values() if arm.arm.part == "ablation" and _same_world(arm, results)]
     return f"""{table}
 
-Against `paper-3v1` and `paper-3v2` over the same {generations} generations, the lesser side's progress, best first:
+Against `paper-3v1` and `paper-3v2` over the same {generations} generations, the lesser side's progress, best first, with the
+ablations that play in the same world:
 
-| setting | difference [95% interval] | effect | p (Holm) |
+{_ranked([*found, *one_factor], results, generations)}"""
+
+
+def strongest(results: dict[str, Results]) -> str:
+    """What did best alone, together; and the setting that ships as ``modern``, from seeds of its own."""
+    found = [arm for arm in results.values() if arm.arm.part in ("combination", "modern")]
+    if not found:
+        return ""
+    table = settings(results, "The strongest race: `modern`", ("combination", "modern"), "modern")
+    combined = [arm for arm in found if arm.arm.part == "combination"]
+    confirmed = [arm for arm in found if arm.arm.part == "modern"]
+    parts = [table, _TOGETHER, _ranked(combined, results)]
+    if confirmed:
+        parts += [_CONFIRMED, _ranked(confirmed, results), _levels(confirmed, results)]
+    return "\n\n".join(parts)
+
+
+def _same_world(arm: Results, results: dict[str, Results]) -> bool:
+    base = _base(arm, results)
+    return base is not None and world_of(arm.arm.config) == world_of(base.arm.config) and "panel.prey" in arm
+
+
+def _base(arm: Results, results: dict[str, Results]) -> Results | None:
+    return results.get(f"paper-3v{arm.arm.config.env.n_prey}")
+
+
+def _ranked(arms: list[Results], results: dict[str, Results], until: int | None = None) -> str:
+    """The lesser side's progress of each against the paper's setting, best first."""
+    pairs = [(arm, base) for arm in arms if (base := _base(arm, results)) is not None]
+    tests = [compare(arm.two_sided(until=until), base.two_sided(until=until)) for arm, base in pairs]
+    corrected = holm([test.p for test in tests]) if tests else []
+    rows = [
+        (test.difference, f"| `{arm.arm.name}` | {_difference(test, float(p))} |")
+        for (arm, _), test, p in zip(pairs, tests, corrected, strict=True)
+    ]
+    return _DIFFERENCES + "\n".join(row for _, row in sorted(rows, reverse=True))
+
+
+def _levels(arms: list[Results], results: dict[str, Results]) -> str:
+    """How late champions of both sides stand against held-out opponents, against the paper's setting."""
+    rows, tests = [], []
+    for arm in arms:
+        base = _base(arm, results)
+        if base is not None:
+            for side, sign in (("predators", 1), ("prey", -1)):
+                name = f"panel.{side}"
+                tests.append(compare(sign * arm.late_share(name), sign * base.late_share(name)))
+                rows.append(f"`{arm.arm.name}`, level of the {side}")
+    corrected = holm([test.p for test in tests]) if tests else []
+    return _DIFFERENCES + "\n".join(
+        f"| {row} | {_difference(test, float(p))} |" for row, test, p in zip(rows, tests, corrected, strict=True)
+    )
+
+
+_TOGETHER = """What did best alone was tried together. Against `paper-3v1` and `paper-3v2`, the lesser side's progress, best
+first:"""
+_CONFIRMED = """The setting was chosen by these runs, so they flatter it; it was then run from 20 other seeds. The lesser side's
+progress of those, and the levels of both sides, against `paper-3v1` and `paper-3v2`:"""
+_DIFFERENCES = """| setting | difference [95% interval] | effect | p (Holm) |
 | --- | --- | --- | --- |
-{ranked}"""
+"""
+
+
+def _difference(test: Comparison, p: float) -> str:
+    interval = f"{test.difference:+.3f} [{test.low:+.3f}, {test.high:+.3f}]"
+    return f"{interval} | {test.effect:+.2f} | {p_value(p)}"
