@@ -10,6 +10,7 @@ from predprey_env.config import EnvConfig
 _ONE_PREY = EnvConfig(n_prey=1)
 _MONOLITHIC = SideConfig(controller="monolithic")
 _SCALED = SideConfig(input_scale=0.2)
+_DRAWN = SideConfig(output="linear", choice="drawn")
 _UNMATED = EspConfig(hof_mates=0)
 
 PRESETS: dict[str, tuple[str, RunConfig]] = {
@@ -56,6 +57,14 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
     "modern-3v1": (
         "the same for a single prey",
         RunConfig(env=_ONE_PREY, predators=_SCALED, prey=_SCALED, esp=_UNMATED),
+    ),
+    "drawn-3v2": (
+        "actions drawn by the votes (of linear outputs), so that nobody can be foreseen",
+        RunConfig(predators=_DRAWN, prey=_DRAWN),
+    ),
+    "drawn-3v1": (
+        "the same for a single prey: the strongest predators (docs/reproduction.md)",
+        RunConfig(env=_ONE_PREY, predators=_DRAWN, prey=_DRAWN),
     ),
     "fleeing-prey": (
         "predators evolve against the fixed prey of Yong & Miikkulainen, which runs from the nearest",

@@ -50,7 +50,6 @@ _BOTH_TASKS: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
     "prey-first": ("the prey move, then the predators see it and move", {"env": {"move_order": "prey_first"}}),
     "complementary": ("prey earn 25 minus what predators earn", {"env": {"prey_fitness": "complementary"}}),
     "linear": ("linear outputs", {"both": {"output": "linear"}}),
-    "drawn": ("linear outputs, actions drawn by the votes", {"both": {"output": "linear", "choice": "drawn"}}),
     "no-idling": ("predators must move", {"env": {"predator_idle": False}}),
 }
 
@@ -85,6 +84,7 @@ _COMBINATIONS: dict[str, tuple[str, dict[str, dict[str, Any]]]] = {
 }
 """What did best alone, together."""
 
+_DRAWN = "linear outputs, actions drawn by the votes"
 _MORE_SEEDS = tuple(range(20))  # signs of ten leave p at 1/512, too much for a correction over 30 claims
 _SEEDS = tuple(range(10))
 _CONFIRMING_SEEDS = tuple(range(100, 120))  # no part in the choice of what they confirm
@@ -116,6 +116,7 @@ def _arms() -> list[Arm]:
     for task in ("3v2", "3v1"):
         for name, (meaning, changes) in _BOTH_TASKS.items():
             arms.append(Arm(f"{name}-{task}", "ablation", meaning, _vary(f"paper-{task}", **changes), _SEEDS))
+        arms.append(Arm(f"drawn-{task}", "ablation", _DRAWN, preset(f"drawn-{task}"), _SEEDS))
     arms.append(_ODD_TORUS)
     for name, (meaning, changes) in _SENSITIVITY.items():
         for task in ("3v2", "3v1"):
@@ -194,3 +195,14 @@ _QUICK = {
 
 ARMS = {arm.name: arm for arm in _arms()}
 """Every arm by name, in the order in which they are reported."""
+
+PARITY_ARMS = (
+    "paper-3v1",
+    "scaled-3v1",
+    "modern-3v1",
+    "drawn-3v1",
+    "prey-first-3v1",
+    "no-idling-3v1",
+    "odd-torus-3v1",
+)
+"""Those in which captures are told apart by the parity of the start."""

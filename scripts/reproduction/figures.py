@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 
 from esp_trainer.analysis import plots, progress
 from esp_trainer.analysis.inference import over_seeds
+from reproduction.arms import PARITY_ARMS
 from reproduction.results import Results
 
 All = Mapping[str, Results]
@@ -134,7 +135,7 @@ def scripts(results: All, place: Path) -> None:
 
 def parity(results: All, place: Path) -> None:
     """Captures by how many predators start at an even distance, by generation."""
-    arms = [a for a in ("paper-3v1", "scaled-3v1", "prey-first-3v1", "no-idling-3v1", "odd-torus-3v1") if a in results]
+    arms = [arm for arm in PARITY_ARMS if arm in results]
     figure, axes = plots.panels(len(arms), width=3.7, height=2.8)
     data: dict[str, np.ndarray] = {}
     for panel, arm in zip(axes, arms, strict=True):
@@ -150,8 +151,11 @@ def parity(results: All, place: Path) -> None:
 
 
 def forest(results: All, place: Path, name: str, parts: tuple[str, ...], until: int | None = None) -> None:
-    """Progress against held-out opponents, by arm: predators, prey, and the lesser of the two."""
-    rows = [found for found in results.values() if found.arm.part in parts]
+    """Progress against held-out opponents, by arm: predators, prey, and the lesser of the two; the paper's own settings
+    are always there, to compare with.
+    """
+    own = ("paper-3v1", "paper-3v2")
+    rows = [found for name, found in results.items() if found.arm.part in parts or name in own]
     tasks = {
         "one prey": [r for r in rows if r.arm.config.env.n_prey == 1],
         "two prey": [r for r in rows if r.arm.config.env.n_prey == 2],
@@ -165,7 +169,7 @@ def forest(results: All, place: Path, name: str, parts: tuple[str, ...], until: 
         panel.axvline(0, color="0.7", linewidth=0.6)
         panel.set(title=task, yticks=range(len(arms)), yticklabels=[found.arm.name for found in arms[::-1]])
         panel.set_xlabel("progress against held-out opponents, share of prey")
-    plots.legend(next(panel for panel, arms in zip(axes, tasks.values(), strict=True) if arms), loc="lower right")
+    plots.legend(next(panel for panel, arms in zip(axes, tasks.values(), strict=True) if arms))
     columns = zip(*table, strict=True)
     plots.save(figure, place / f"{name}.png", dict(zip(("arm", "side", "mean", "low", "high"), columns, strict=True)))
 

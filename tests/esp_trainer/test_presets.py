@@ -18,6 +18,7 @@ PAPER = ["paper-3v2", "paper-3v1", "monolithic-3v2", "monolithic-3v1", "monolith
 BESIDE = ["matched-3v2", "matched-3v1", "combiner-3v2", "combiner-3v1", "fleeing-prey-central"]
 """What takes the paper's systems apart, puts them together further, or is compared with them."""
 MODERN = ["modern-3v2", "modern-3v1"]
+DRAWN = ["drawn-3v2", "drawn-3v1"]
 
 
 def n_genes(name: str, role: Role) -> int:
@@ -29,7 +30,7 @@ def n_genes(name: str, role: Role) -> int:
 
 
 def test_there_is_a_preset_for_each_experiment_and_a_small_one():
-    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, "smoke"])
+    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, *DRAWN, "smoke"])
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -69,7 +70,7 @@ def test_modern_is_the_papers_setting_without_past_mates_and_with_scaled_offsets
     assert preset(name) == paper.replace(preset=name, esp=paper.esp.replace(hof_mates=0), **sides)
 
 
-@pytest.mark.parametrize("name", [*PAPER, *BESIDE])
+@pytest.mark.parametrize("name", [*PAPER, *BESIDE, *DRAWN])
 def test_all_but_the_small_one_differ_only_in_the_world_and_in_who_plays(name: str):
     config, default = preset(name), RunConfig()
     same = config.replace(preset="custom", env=default.env, predators=default.predators, prey=default.prey)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from esp_trainer.analysis.progress import historical_progress
+from reproduction.arms import PARITY_ARMS
 from reproduction.report.words import mean, present
 from reproduction.results import Results
 
 
 def parity(results: dict[str, Results]) -> str:
     """Captures by the parity of the start, when predators overcome it, and what goes on beneath."""
-    arms = present(results, "paper-3v1", "scaled-3v1", "prey-first-3v1", "no-idling-3v1", "odd-torus-3v1")
+    arms = present(results, *PARITY_ARMS)
     if not arms:
         return ""
     rows = []
@@ -74,8 +75,13 @@ def cycles(results: dict[str, Results]) -> str:
         "prey-first-3v1",
         "no-idling-3v1",
         "scaled-3v1",
+        "modern-3v1",
+        "linear-3v1",
+        "drawn-3v1",
         "paper-3v2",
         "prey-first-3v2",
+        "linear-3v2",
+        "drawn-3v2",
     ):
         found = results[arm]
         count = np.array([float(each.count) for each in found.alternations])
@@ -88,7 +94,8 @@ def cycles(results: dict[str, Results]) -> str:
 Three predators that move at once with the prey close at most three of its four exits, so no pure strategy is safe and cycles
 belong to the game; where the prey move first and are seen, three pursuers suffice (Neufeld & Nowakowski 1998). Alternations of
 success, the seeds in which they make cycles (two or more, and more than by chance), and the share of who beats whom
-that depends on the opponent (beyond noise):
+that depends on the opponent (beyond noise). Teams that draw their actions (`drawn`) cannot be foreseen, and where they
+do less depends on the opponent; they are to be compared with `linear`, as their outputs are linear too:
 
 | setting | alternations a run | seeds with cycles | depends on the opponent |
 | --- | --- | --- | --- |
