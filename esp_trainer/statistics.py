@@ -25,12 +25,18 @@ class Rate:
         return f"{self.rate:.3f} [{self.low:.3f}, {self.high:.3f}]"
 
 
+def in_points(rating: Rate) -> str:
+    """A rating with its interval, in whole points."""
+    return f"{rating.rate:.0f} [{rating.low:.0f}, {rating.high:.0f}]"
+
+
 def wilson(successes: int, n: int) -> Rate:
     """The share of successes among ``n`` and its 95% score interval (Wilson 1927)."""
-    return _around(successes / n, n)
+    return wilson_of(successes / n, n)
 
 
-def _around(share: float, n: int) -> Rate:
+def wilson_of(share: float, n: int) -> Rate:
+    """The same of a share that need not be a whole number of ``n``, such as that of prey in ``n`` episodes."""
     centre = (share + _Z_95**2 / (2 * n)) / (1 + _Z_95**2 / n)
     half = _Z_95 / (1 + _Z_95**2 / n) * sqrt(share * (1 - share) / n + (_Z_95 / (2 * n)) ** 2)
     return Rate(share, min(share, max(0.0, centre - half)), max(share, min(1.0, centre + half)))
@@ -73,12 +79,12 @@ def count_captures(result: TrialResult, even: np.ndarray, n_predators: int) -> C
     """
     captured = result.captured.reshape(-1, result.captured.shape[-1])
     strata = [even.reshape(captured.shape) == k for k in range(n_predators + 1)]
-    by_even = [_around(float(captured[s].mean()), int(s.any(axis=1).sum())) if s.any() else None for s in strata]
+    by_even = [wilson_of(float(captured[s].mean()), int(s.any(axis=1).sum())) if s.any() else None for s in strata]
     return Captures(
         episodes=len(captured),
         predators_succeed=wilson(int(captured.all(axis=1).sum()), len(captured)),
         prey_succeed=wilson(int((~captured.any(axis=1)).sum()), len(captured)),
-        caught=_around(float(captured.mean()), len(captured)),
+        caught=wilson_of(float(captured.mean()), len(captured)),
         caught_by_even=by_even,
         steps=float(result.steps.mean()),
         predator_fitness=float(result.fitness_of("predators").mean()),

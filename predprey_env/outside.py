@@ -1,4 +1,4 @@
-"""Opponents that are not compiled: asked in Python, world by world or all at once."""
+"""Teams that are not compiled: asked in Python, world by world or all at once."""
 
 from __future__ import annotations
 
@@ -16,18 +16,22 @@ from predprey_env.worlds import Dictated, Worlds
 
 
 class OutsideTeam:
-    """Any policy as the opponent in many worlds.
+    """Any policy as a team in many worlds.
 
     Args:
         policy: Of one that has no ``act_batch``, each world gets a copy.
         config: The world.
         team: Which team it plays.
         n_worlds: How many.
+        whose: Policy it is, as errors say.
     """
 
     player = Dictated()
 
-    def __init__(self, policy: Policy, config: EnvConfig, team: TeamName, n_worlds: int) -> None:
+    def __init__(
+        self, policy: Policy, config: EnvConfig, team: TeamName, n_worlds: int, whose: str = "the opponent's"
+    ) -> None:
+        self._whose = whose
         self._shape = config.team(team)
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
         self._act_batch: Any = getattr(policy, "act_batch", None)
@@ -44,20 +48,32 @@ class OutsideTeam:
         for world, seed in zip(which.tolist(), seeds.tolist(), strict=True):
             self._policies[world].reset(seed)
 
+    def act(self, playing: np.ndarray) -> np.ndarray:
+        """What the team does, int ``(n_worlds, n_agents)``, on :attr:`views`.
+
+        Args:
+            playing: bool ``(n_worlds,)``: which worlds go on; in the others actions mean nothing.
+
+        Raises:
+            RuntimeError: From what the policy raised.
+            ValueError: What it returned is not an action for each agent.
+        """
+        return self._ask_all() if self._act_batch else self._ask_each(playing)
+
     def choose(self, worlds: Worlds) -> None:
         """Put the actions where :class:`~predprey_env.worlds.Dictated` finds them."""
-        actions = self._ask_all() if self._act_batch else self._ask_each(worlds)
+        actions = self.act(worlds.over[:, 0].reshape(-1)[: len(self.views)] == 0)
         n_worlds, n_agents = actions.shape
         padded = np.zeros((len(worlds.kept) * LANES, n_agents), np.int32)
         padded[:n_worlds] = actions
         worlds.kept[:, ::MEMORY] = padded.reshape(-1, LANES, n_agents).transpose(0, 2, 1)
 
-    def _ask_each(self, worlds: Worlds) -> np.ndarray:
-        playing = worlds.over[:, 0].reshape(-1)[: len(self._policies)] == 0
+    def _ask_each(self, playing: np.ndarray) -> np.ndarray:
         actions = np.zeros((len(self._policies), len(self._agents)), np.int32)
         for world in np.flatnonzero(playing):
             seen = dict(zip(self._agents, self.views[world].copy(), strict=True))
-            actions[world] = list(ask(self._policies[world], seen, self._shape.n_actions).values())
+            chosen = ask(self._policies[world], seen, self._shape.n_actions, self._whose)
+            actions[world] = list(chosen.values())
         return actions
 
     def _ask_all(self) -> np.ndarray:
@@ -65,15 +81,15 @@ class OutsideTeam:
         try:
             actions = np.asarray(self._act_batch(self.views.copy()))
         except Exception as error:
-            raise RuntimeError(f"the opponent's act_batch() raised {type(error).__name__}: {error}") from error
+            raise RuntimeError(f"{self._whose} act_batch() raised {type(error).__name__}: {error}") from error
         if actions.shape != expected or not np.issubdtype(actions.dtype, np.integer):
             raise ValueError(
-                f"the opponent's act_batch() must return integers of shape {expected}, "
+                f"{self._whose} act_batch() must return integers of shape {expected}, "
                 f"got {actions.dtype} of shape {actions.shape}"
             )
         if actions.min() < 0 or actions.max() >= self._shape.n_actions:
             raise ValueError(
-                f"the opponent's act_batch() must return actions in 0..{self._shape.n_actions - 1}, "
+                f"{self._whose} act_batch() must return actions in 0..{self._shape.n_actions - 1}, "
                 f"got {actions.min()} to {actions.max()}"
             )
         return actions

@@ -10,19 +10,21 @@ ROOT = Path(__file__).parent.parent
 # A module may import what stands before it, and its own layer.
 LAYERS = [
     ["types"],
-    ["config", "seeding", "statistics", "files"],
+    ["config", "seeding", "statistics", "files", "tasks"],
     ["presets"],
     ["esp"],
+    ["teams"],
     ["coevolution"],
     ["run"],
     ["evaluation"],
     ["analysis"],
+    ["benchmark"],
     ["cli"],
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
-SEES_THE_WORLD = {"evaluation", "analysis", "cli"}
+SEES_THE_WORLD = {"evaluation", "analysis", "benchmark", "cli"}
 NOT_THE_WORLD = {"config", "settings", "compilation", "lanes", "floats", "policies"}
 
 

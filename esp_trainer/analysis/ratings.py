@@ -24,7 +24,9 @@ class Ratings:
     high: np.ndarray
 
 
-def rate(caught: np.ndarray, episodes: int, generator: np.random.Generator, n_resamples: int = 200) -> Sides[Ratings]:
+def rate(
+    caught: np.ndarray, episodes: int | np.ndarray, generator: np.random.Generator, n_resamples: int = 200
+) -> Sides[Ratings]:
     """Ratings by the Bradley-Terry model (Biometrika 39, 1952), in which a predator team with rating ``r`` catches a
     share of ``1 / (1 + 10^((s - r) / 400))`` of prey with rating ``s``: 400 points are ten to one, as in chess.
 
@@ -37,12 +39,12 @@ def rate(caught: np.ndarray, episodes: int, generator: np.random.Generator, n_re
 
     Args:
         caught: ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
-        episodes: Independent episodes behind each share.
+        episodes: Independent episodes behind each share: one number, or int ``(G, H)``.
         generator: Draws the resamples.
         n_resamples: How many; 200 give a standard deviation to some 5%.
     """
     caught = as_shares(caught)
-    if episodes < 1 or n_resamples < 2:
+    if np.min(episodes) < 1 or n_resamples < 2:
         raise ValueError(f"episodes must be at least 1 and n_resamples 2, got {episodes} and {n_resamples}")
     fitted = _fit(caught, episodes)
     shares = _with_a_draw(caught, episodes)
@@ -53,17 +55,17 @@ def rate(caught: np.ndarray, episodes: int, generator: np.random.Generator, n_re
     return Sides(Ratings(*(p[:n_predators] for p in points)), Ratings(*(p[n_predators:] for p in points)))
 
 
-def _with_a_draw(caught: np.ndarray, episodes: int) -> np.ndarray:
+def _with_a_draw(caught: np.ndarray, episodes: int | np.ndarray) -> np.ndarray:
     return (caught * episodes + 0.5) / (episodes + 1)
 
 
-def _fit(caught: np.ndarray, episodes: int, initial: np.ndarray | None = None) -> np.ndarray:
+def _fit(caught: np.ndarray, episodes: int | np.ndarray, initial: np.ndarray | None = None) -> np.ndarray:
     """Log-strengths of predators, then prey, mean 0, by maximum likelihood."""
     # choix, not evalica: it takes the matrix of counts and no pandas, and says so when it has not converged.
     n_predators, n = len(caught), sum(caught.shape)
     wins = np.zeros((n, n))
     shares = _with_a_draw(caught, episodes)
     wins[:n_predators, n_predators:] = (episodes + 1) * shares
-    wins[n_predators:, :n_predators] = (episodes + 1) * (1 - shares).T
+    wins[n_predators:, :n_predators] = ((episodes + 1) * (1 - shares)).T
     strengths = choix.ilsr_pairwise_dense(wins, initial_params=initial, max_iter=_MAX_ITERATIONS)
     return np.asarray(strengths - strengths.mean())

@@ -12,6 +12,19 @@ from typing import NoReturn
 from esp_trainer.cli import teams, training
 from esp_trainer.cli.overrides import describe, override, read_options, split
 from esp_trainer.presets import PRESETS, preset
+from esp_trainer.tasks import TASKS
+from esp_trainer.types import ROLES
+
+_SPECS = """SPEC is one of
+
+  greedy_chase                              a script
+  paper-3v2/predators/seed-500-late         a team of the zoo
+  runs/x/champions/prey-00099.safetensors   an evolved team
+  sb3:PPO:model.zip                         a model of Stable-Baselines3; loading it runs what is pickled in it
+  torch:my_module:make_network:weights.pt   a PyTorch or TorchRL module, made by my_module.make_network()
+  my_module:my_policy                       a policy object, a class or function that makes one, or a function of
+                                            observations; my_module is imported
+"""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -83,8 +96,18 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
         return teams.replay(options.team, options.against, options.seed, options.fps)
     if options.command == "presets":
         return _presets(options.preset)
-    from esp_trainer.cli import analysis, behaviours  # here, since SciPy and Matplotlib take a second to import
+    if options.command == "teams":
+        return teams.zoo(options.task)
+    return _analyse(options)
 
+
+def _analyse(options: argparse.Namespace) -> int:
+    """What needs SciPy and Matplotlib, which take a second to import."""
+    from esp_trainer.cli import analysis, behaviours, benchmark
+
+    if options.command == "benchmark":
+        settings = benchmark.Settings(options.role, options.task, options.episodes, options.seed, options.drawn)
+        return benchmark.benchmark(options.policy, options.name, settings, options.out, options.leaderboard)
     if options.command == "behaviours":
         return behaviours.behaviours(options.runs, options.generations, options.episodes, options.csv)
     return analysis.analyse(options.runs, options.generations, options.episodes, options.figures)
@@ -132,8 +155,8 @@ def _parser() -> argparse.ArgumentParser:
     replay = command("replay", "watch a team play another, as text")
     replay.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second, on a terminal")
     for each in (evaluate, replay):
-        each.add_argument("team", metavar="TEAM", help="a file from a run's champions/")
-        each.add_argument("--against", required=True, metavar="TEAM", help="a file, or a script such as flee_nearest")
+        each.add_argument("team", metavar="TEAM", help="a file from a run's champions/, or a team of the zoo")
+        each.add_argument("--against", required=True, metavar="TEAM", help="likewise, or a script such as flee_nearest")
         each.add_argument("--seed", type=_natural, default=0, metavar="N")
     show = command("show", "say what a team is and where it came from")
     show.add_argument("team", metavar="TEAM")
@@ -145,6 +168,18 @@ def _parser() -> argparse.ArgumentParser:
         each.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a directory that train made")
         each.add_argument("--generations", type=_positive, default=generations, metavar="N", help="to sample")
         each.add_argument("--episodes", type=_positive, default=episodes, metavar="N", help="of each meeting")
+    listed = command("teams", "list the evolved teams that ship with the package, best first")
+    benchmark = command("benchmark", "play any policy against the zoo and all scripts, and say how good it is", _SPECS)
+    benchmark.add_argument("--policy", required=True, metavar="SPEC", help="who is measured; see below")
+    benchmark.add_argument("--role", required=True, choices=ROLES, help="which side it plays")
+    benchmark.add_argument("--task", required=True, choices=TASKS, help="predators against prey")
+    listed.add_argument("--task", choices=TASKS, help="only of that task")
+    benchmark.add_argument("--episodes", type=_positive, default=512, metavar="N", help="of each meeting")
+    benchmark.add_argument("--seed", type=_natural, default=0, metavar="N", help="which starts")
+    benchmark.add_argument("--drawn", action="store_true", help="draw the actions of sb3: and torch: by their chances")
+    benchmark.add_argument("--name", help="what to call it; by default its SPEC")
+    benchmark.add_argument("--out", type=Path, metavar="DIR", help="where to; by default benchmarks/NAME-ROLE-TASK")
+    benchmark.add_argument("--leaderboard", type=Path, metavar="FILE", help="put the result into that Markdown file")
     presets = command("presets", "list the experiments, or every field of one")
     presets.add_argument("preset", nargs="?", metavar="PRESET")
     return parser

@@ -14,7 +14,8 @@ from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, match
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
-from esp_trainer.statistics import Rate
+from esp_trainer.statistics import Rate, in_points
+from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
@@ -40,7 +41,7 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
 
 def show(path: str) -> int:
     """Print what a team is and where it came from."""
-    team = Team.load(path)
+    team = _evolved(path)
     controller, origin = team.controller, team.provenance
     print(f"{path}: {team.n_agents} {team.role}")
     print(
@@ -62,6 +63,12 @@ def show(path: str) -> int:
     if "held_out" in origin:
         caught = Rate(**origin["held_out"]["caught"])
         print(f"  held out    {caught} of the prey caught, champion against champion")
+    if "zoo" in origin:
+        score, rating = Rate(*origin["zoo"]["score"]), Rate(*origin["zoo"]["rating"])
+        verb = "caught" if team.role == "predators" else "not caught"
+        print(
+            f"  in the zoo  {score} of the prey {verb}, {in_points(rating)} points, made at commit {origin['commit']}"
+        )
     return 0
 
 
@@ -134,10 +141,15 @@ def _load(name: str) -> Player:
     if name in NUMBERS and not Path(name).exists():
         return ScriptedTeams(name)
     try:
-        return Team.load(name)
+        return _evolved(name)
     except FileNotFoundError as error:
-        near = difflib.get_close_matches(name, NUMBERS, n=1)
+        near = difflib.get_close_matches(name, [*NUMBERS, *known_teams()], n=1)
         raise FileNotFoundError(f"{error}; did you mean {near[0]}?" if near else str(error)) from None
+
+
+def _evolved(name: str) -> Team:
+    """Of the zoo, or from a file."""
+    return load_team(name) if name in known_teams() and not Path(name).exists() else Team.load(name)
 
 
 def _world(team: Team, name: str) -> EnvConfig:
@@ -151,3 +163,19 @@ def _words(env: EnvConfig) -> str:
     """What is not as by default."""
     changed = env.model_dump(exclude_defaults=True)
     return ", ".join(f"{name}={value}" for name, value in changed.items()) or "the default one"
+
+
+def zoo(task: str | None) -> int:
+    """List the zoo, best first."""
+    known = [team for team in known_teams().values() if task in (None, team.task)]
+    width = max(len(team.name) for team in known)
+    for each, role in dict.fromkeys((team.task, team.role) for team in known):
+        verb = "caught" if role == "predators" else "not caught"
+        heads = f"{'generation':>12}{f'prey {verb} [95%]':>26}{'rating [95%]':>24}"
+        print(f"{f'{each}, {role}':{width}}{heads}")
+        listed = [team for team in known if (team.task, team.role) == (each, role)]
+        for team in sorted(listed, key=lambda team: -team.rating.rate):
+            print(f"{team.name:{width}}{team.generation:>12}{team.score!s:>26}{in_points(team.rating):>24}")
+        print()
+    print("held-out teams are for reporting only: do not train against them, nor choose by them")
+    return 0

@@ -52,8 +52,10 @@ def draw_seed(generator: np.random.Generator) -> int:
     return int(generator.integers(2**31))
 
 
-def ask(policy: Policy, observations: dict[str, np.ndarray], n_actions: int) -> dict[str, int]:
-    """The policy's actions, checked.
+def ask(
+    policy: Policy, observations: dict[str, np.ndarray], n_actions: int, whose: str = "the opponent's"
+) -> dict[str, int]:
+    """The policy's actions, checked; ``whose`` act() it is stands in errors.
 
     Raises :class:`RuntimeError` from what it raised, :class:`ValueError` if what it returned is not an action for each
     agent.
@@ -61,10 +63,10 @@ def ask(policy: Policy, observations: dict[str, np.ndarray], n_actions: int) -> 
     try:
         actions = policy.act(observations)
     except Exception as error:
-        raise RuntimeError(f"the opponent's act() raised {type(error).__name__}: {error}") from error
+        raise RuntimeError(f"{whose} act() raised {type(error).__name__}: {error}") from error
     if not isinstance(actions, Mapping):
-        raise ValueError(f"the opponent's act() must return a mapping from agents to actions, got {brief(actions)}")
+        raise ValueError(f"{whose} act() must return a mapping from agents to actions, got {brief(actions)}")
     try:
         return {agent: read_action(actions, agent, n_actions) for agent in observations}
     except ValueError as error:
-        raise ValueError(f"the opponent's act() must return an action for each agent: {error}") from None
+        raise ValueError(f"{whose} act() must return an action for each agent: {error}") from None

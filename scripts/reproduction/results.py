@@ -149,4 +149,6 @@ def _about(arm: Arm) -> str:
 
 def _is_about(about: str, arm: Arm) -> bool:
     told = json.loads(about)
-    return config_of(json.dumps(told.get("config"))) == arm.config and told.get("seeds") == list(arm.seeds)
+    config = config_of(json.dumps(told.get("config")))
+    same = config is not None and config.replace(preset=arm.name) == arm.config.replace(preset=arm.name)
+    return same and told.get("seeds") == list(arm.seeds)
