@@ -30,7 +30,8 @@ class Team:
     """The agents of one side with fixed networks.
 
     Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. An agent's networks are found by the
-    number at the end of its name, so ``predator_1`` and ``adversary_1`` are both the second agent of their team.
+    number at the end of its name, so ``predator_1`` and ``adversary_1`` are both the second agent of their team. A team
+    whose actions are drawn remembers where it is in its random numbers: give each environment a copy of its own.
     """
 
     role: Role

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -168,6 +169,32 @@ def test_a_team_plays_many_worlds_as_it_plays_single_ones(role: Role, move_order
     many = vector_env(18, other_team(role), opponent, **world)
     singles = [team_view(other_team(role), team.act, **world) for _ in range(18)]
     assert assert_same_episodes(many, singles, n_steps=9) > 0
+
+
+@ORDER
+@ROLE
+def test_a_team_that_draws_plays_many_worlds_as_it_plays_single_ones(role: Role, move_order: str):
+    world, team = SMALL | {"move_order": move_order}, random_team(role, "split", seed=1, choice="drawn")
+    many = vector_env(18, other_team(role), team, **world)
+    singles = [team_view(other_team(role), deepcopy(team), **world) for _ in range(18)]
+    assert assert_same_episodes(many, singles, n_steps=9) > 0
+
+
+@ROLE
+def test_what_a_team_draws_follows_from_its_seed(role: Role):
+    team = random_team(role, "split", choice="drawn")
+    agents = [f"{'predator' if role == 'predators' else 'prey'}_{i}" for i in range(team.n_agents)]
+    views = {agent: np.zeros(2 * (5 - team.n_agents), np.float32) for agent in agents}
+
+    def draw(seed: int | None) -> list[dict[str, int]]:
+        team.reset(seed)
+        return [team.act(views) for _ in range(20)]
+
+    assert draw(5) == draw(5)
+    assert draw(5) != draw(6)
+    assert draw(None) != draw(None), "without a seed it differs each time"
+    first = draw(5)
+    assert len({tuple(actions.values()) for actions in first}) > 1, "equal views, other actions"
 
 
 @ROLE
