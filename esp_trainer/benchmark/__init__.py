@@ -1,0 +1,1 @@
+"""Any policy against evolved and scripted teams: how good is it?"""

@@ -1,0 +1,139 @@
+"""The gauntlet: a candidate against every team of the zoo and every script, and what that says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from esp_trainer.analysis.games import solve
+from esp_trainer.analysis.progress import generalist
+from esp_trainer.analysis.ratings import rate
+from esp_trainer.benchmark.match import Arena, Meeting, Ours, Player
+from esp_trainer.seeding import stream
+from esp_trainer.statistics import Rate, wilson_of
+from esp_trainer.teams.zoo import HELD_OUT, Zoo, load_team
+from esp_trainer.types import Role, ScriptedTeams
+from predprey_env.config import EnvConfig
+from predprey_env.policies import SCRIPTS
+from predprey_env.policies.names import other_team
+
+PARTS = ("held out", "zoo", "scripts")
+"""Whom a candidate meets: teams for reporting only, teams that anyone may train against, and scripts."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A candidate against one opponent."""
+
+    opponent: str
+    part: str
+    """One of :data:`PARTS`."""
+    caught: Rate
+    """Share of prey caught, whichever side is measured. As prey of one episode share their fate in part, the interval
+    is that of as many trials as there are episodes."""
+    fitness: float
+    """The candidate's, mean over its agents and the episodes."""
+    all_caught_after: float | None
+    """Mean length of the episodes in which all prey were caught, in steps; None if there was none."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What all rows together say. Scores are shares of prey caught for predators, of prey not caught for prey."""
+
+    generalist: dict[str, tuple[float, float]]
+    """Of each part, the mean score and that against the worst tenth of it (Chong, Tino & Yao 2008)."""
+    rating: Rate
+    """Among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
+    rank: int
+    """1 if no team or script of its role has a higher rating."""
+    of: int
+    """How many there are, with the candidate."""
+    gain: float
+    """What it takes from the optimal mixture of all opponents beyond the value of the game between them and the zoo's
+    own teams of its role, as a score: above 0 it exploits the gauntlet."""
+    exploited: float
+    """What its worst opponent takes from it beyond that value, as a score: 0 for one that cannot be exploited."""
+
+
+class Gauntlet:
+    """All that a candidate of a role meets.
+
+    Args:
+        zoo: The teams of the task, and how they do against each other.
+        env: Its world.
+        role: The candidate's.
+        n_episodes: Of each meeting.
+        seed: Which starts; the same seed gives the same table.
+    """
+
+    def __init__(self, zoo: Zoo, env: EnvConfig, role: Role, n_episodes: int, seed: int) -> None:
+        self.zoo, self.role, self.seed = zoo, role, seed
+        self.n_episodes, self.n_prey = n_episodes, env.n_prey
+        self.opponents = sorted(zoo.names(other_team(role)), key=lambda name: PARTS.index(part_of(name)))
+        self._arena = Arena(env, n_episodes, seed)
+
+    def play(self, candidate: Player) -> Iterator[Row]:
+        """Each meeting in turn; :class:`~.match.PolicyError` where the candidate fails."""
+        for name in self.opponents:
+            yield self._row(name, self._arena.meet(candidate, self.role, _opponent(name, other_team(self.role))))
+
+    def _row(self, name: str, found: Meeting) -> Row:
+        all_caught = found.captured == self.n_prey
+        return Row(
+            opponent=name,
+            part=part_of(name),
+            caught=wilson_of(float(found.captured.mean() / self.n_prey), self.n_episodes),
+            fitness=float(found.fitness.mean()),
+            all_caught_after=float(found.steps[all_caught].mean()) if all_caught.any() else None,
+        )
+
+    def standing(self, rows: list[Row]) -> Standing:
+        """What all rows, of every opponent, say."""
+        by_name = {row.opponent: row.caught.rate for row in rows}
+        columns = self.zoo.names(other_team(self.role))
+        found = np.array([by_name[name] for name in columns])
+        scores, known = self._scores(found), self._scores(self.zoo.caught)
+        known = known if self.role == "predators" else known.T  # rows are the candidate's role
+        game = solve(known)
+        parts = {part: [i for i, name in enumerate(columns) if part_of(name) == part] for part in PARTS}
+        both = {part: generalist(scores[None, rows]) for part, rows in parts.items() if rows}
+        rating, rank, of = self._rating(found)
+        return Standing(
+            generalist={part: (float(each.mean[0]), float(each.worst[0])) for part, each in both.items()},
+            rating=rating,
+            rank=rank,
+            of=of,
+            gain=float(scores @ game.prey - game.value),
+            exploited=float(game.value - scores.min()),
+        )
+
+    def _scores(self, caught: np.ndarray) -> np.ndarray:
+        return caught if self.role == "predators" else 1 - caught
+
+    def _rating(self, found: np.ndarray) -> tuple[Rate, int, int]:
+        """The candidate as one more row, or column, of the zoo's matrix."""
+        caught, side = self.zoo.caught, 0 if self.role == "predators" else 1
+        whole = np.concatenate([caught, np.expand_dims(found, side)], axis=side)
+        episodes = np.full(whole.shape, self.zoo.n_episodes)
+        episodes[(-1, slice(None)) if side == 0 else (slice(None), -1)] = self.n_episodes
+        rated = rate(whole, episodes, stream(self.seed, "ratings"))[side]
+        own = float(rated.rating[-1])
+        return (
+            Rate(own, float(rated.low[-1]), float(rated.high[-1])),
+            int((rated.rating > own).sum()) + 1,
+            len(rated.rating),
+        )
+
+
+def part_of(name: str) -> str:
+    """Which part of the gauntlet an opponent belongs to."""
+    if name.startswith(HELD_OUT):
+        return "held out"
+    return "scripts" if any(name in scripts for scripts in SCRIPTS.values()) else "zoo"
+
+
+def _opponent(name: str, role: Role) -> Ours:
+    return ScriptedTeams(name) if name in SCRIPTS[role] else load_team(name)

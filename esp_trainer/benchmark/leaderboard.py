@@ -1,0 +1,79 @@
+"""A Markdown file of results, each with all that is needed to verify it."""
+
+from __future__ import annotations
+
+import re
+from importlib.metadata import version
+from pathlib import Path
+
+from esp_trainer.benchmark.report import Result
+from esp_trainer.files import write
+from esp_trainer.statistics import in_points
+
+_INTRODUCTION = """# Leaderboard
+
+How well policies do against teams that are held out from training, in shares of prey: caught for predators, not caught
+for prey; best first. A row is made by the command in it, with `--leaderboard` and the name of this file behind it.
+*policy* is the SHA-256 of the file that holds it, *zoo* that of the teams that it met, both shortened.
+"""
+_HEAD = (
+    "| name | held out | worst tenth | zoo | scripts | rating | gain | exploited | policy | zoo | version | command |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+def append(path: Path, result: Result) -> None:
+    """Put a result in its place in a leaderboard, instead of an older one of the same command and policy.
+
+    Raises :class:`ValueError` if it is not complete, or if the file is something else.
+    """
+    if result.standing is None:
+        raise ValueError("only a candidate that met the whole gauntlet can be on a leaderboard")
+    text = path.read_text() if path.exists() else _INTRODUCTION
+    if not text.startswith(_INTRODUCTION):
+        raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
+    tables = _tables(text)
+    row, title = _row(result), f"{result.task}, {result.role}"
+    rows = [each for each in tables.get(title, []) if _identity(each) != _identity(row)]
+    tables[title] = sorted([*rows, row], key=lambda each: (-float(_cells(each)[1]), each))
+    parts = [f"## {title}\n\n{_HEAD}\n" + "\n".join(tables[title]) + "\n" for title in sorted(tables)]
+    write(path, "\n".join([_INTRODUCTION, *parts]).encode())
+
+
+def _tables(text: str) -> dict[str, list[str]]:
+    """The rows under each title."""
+    parts = re.split(r"^## (.+)$", text, flags=re.MULTILINE)[1:]
+    return {
+        title: [line for line in body.splitlines() if line.startswith("|")][2:]
+        for title, body in zip(parts[::2], parts[1::2], strict=True)
+    }
+
+
+def _row(result: Result) -> str:
+    standing = result.standing
+    assert standing is not None
+    held_out, zoo, scripts = (standing.generalist.get(part) for part in ("held out", "zoo", "scripts"))
+    cells = [
+        result.name.replace("|", "/"),
+        f"{held_out[0]:.3f}" if held_out else "nan",
+        f"{held_out[1]:.3f}" if held_out else "-",
+        f"{zoo[0]:.3f}" if zoo else "-",
+        f"{scripts[0]:.3f}" if scripts else "-",
+        in_points(standing.rating),
+        f"{standing.gain:+.3f}",
+        f"{standing.exploited:.3f}",
+        f"`{result.digest[:16]}`",
+        f"`{result.zoo[:8]}`",
+        version("predprey-esp"),
+        f"`{result.command}`",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _cells(row: str) -> list[str]:
+    return [cell.strip() for cell in row.strip("| ").split(" | ")]
+
+
+def _identity(row: str) -> tuple[str, ...]:
+    """Policy, zoo, version and command."""
+    return tuple(_cells(row)[-4:])

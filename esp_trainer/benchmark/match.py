@@ -1,0 +1,96 @@
+"""A candidate against one opponent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from esp_trainer.esp.team import Team
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.seeding import stream
+from esp_trainer.types import Role, ScriptedTeams, TrialBatch
+from predprey_env.config import EnvConfig
+from predprey_env.outside import OutsideTeam
+from predprey_env.policies import Policy
+from predprey_env.policies.names import other_team
+from predprey_env.policies.opponents import Opponent
+from predprey_env.vector_env import PredPreyVectorEnv
+
+Ours: TypeAlias = Team | ScriptedTeams
+Player: TypeAlias = Ours | Policy
+
+
+class PolicyError(ValueError):
+    """A candidate that cannot play, or stopped playing."""
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """What came of a candidate's episodes against one opponent, an entry for each."""
+
+    captured: np.ndarray
+    """int ``(n_episodes,)``: prey caught."""
+    fitness: np.ndarray
+    """float64 ``(n_episodes,)``: the candidate's, mean over its agents."""
+    steps: np.ndarray
+    """int ``(n_episodes,)``: length."""
+
+
+class Arena:
+    """Where a candidate meets all its opponents, from the same starts.
+
+    Args:
+        env: The world.
+        n_episodes: Of each meeting.
+        seed: The starts, and whatever is random in the players, follow from it.
+    """
+
+    def __init__(self, env: EnvConfig, n_episodes: int, seed: int) -> None:
+        self.env = env
+        self.seed = seed
+        self.evaluator = FusedEvaluator(env)
+        self.starts = self.evaluator.starts.held_out(stream(seed, "gauntlet"), n_episodes)
+
+    def meet(self, candidate: Player, role: Role, opponent: Ours) -> Meeting:
+        """Play all episodes: in the compiled evaluator where both are ours, else in the vector environment.
+
+        Raises :class:`PolicyError` if the candidate raises, or does not return an action for each agent.
+        """
+        play = self._play_compiled if isinstance(candidate, Team | ScriptedTeams) else self._play_outside
+        return play(candidate, role, opponent)  # type: ignore[arg-type]
+
+    def _play_compiled(self, candidate: Ours, role: Role, opponent: Ours) -> Meeting:
+        teams = {role: candidate.as_teams(len(self.starts)), other_team(role): opponent.as_teams(len(self.starts))}
+        result = self.evaluator.evaluate(TrialBatch(**teams, starts=self.starts))
+        captured, fitness = result.captured[:, 0].sum(axis=1), result.fitness_of(role)[:, 0].mean(axis=1)
+        return Meeting(captured, fitness, result.steps[:, 0])
+
+    def _play_outside(self, candidate: Policy, role: Role, opponent: Ours) -> Meeting:
+        n = len(self.starts)
+        inside: Opponent = opponent.script if isinstance(opponent, ScriptedTeams) else opponent
+        worlds = PredPreyVectorEnv(self.env.replace(reward="terminal"), n, role, inside, AutoresetMode.SAME_STEP)
+        views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})
+        team = OutsideTeam(candidate, self.env, role, n, whose="the policy's")
+        try:
+            team.reset(np.arange(n), stream(self.seed, "candidate").integers(2**31, size=n))
+        except Exception as error:
+            raise PolicyError(f"the policy's reset() raised {type(error).__name__}: {error}") from error
+        found = Meeting(np.zeros(n, np.int64), np.zeros(n), np.zeros(n, np.int64))
+        playing = np.ones(n, np.bool_)
+        while playing.any():  # worlds that are over start again, and count no more
+            team.views[:] = views.reshape(team.views.shape)
+            try:
+                actions = team.act(playing)
+            except (RuntimeError, ValueError) as error:
+                raise PolicyError(str(error)) from error
+            views, rewards, terminated, truncated, infos = worlds.step(actions.ravel())
+            over = playing & (terminated | truncated).reshape(n, -1)[:, 0]
+            if over.any():
+                last = {name: infos["final_info"][name].reshape(n, -1)[over, 0] for name in ("n_captured", "steps")}
+                found.captured[over], found.steps[over] = last["n_captured"], last["steps"]
+                found.fitness[over] = rewards.reshape(n, -1)[over].mean(axis=1)
+                playing &= ~over
+        return found

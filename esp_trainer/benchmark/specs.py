@@ -1,0 +1,164 @@
+"""Who is measured, as one types it.
+
+| SPEC | what it is |
+| --- | --- |
+| ``greedy_chase`` | a script |
+| ``paper-3v2/predators/seed-500-late`` | a team of the zoo |
+| ``runs/x/champions/prey-00099.safetensors`` | an evolved team's file |
+| ``sb3:PPO:model.zip`` | a model of Stable-Baselines3, or of another package: ``sb3:sb3_contrib.TRPO:model.zip`` |
+| ``torch:my_module:make_network:weights.pt`` | a PyTorch or TorchRL module that a function of ours makes, with these weights |
+| ``my_module:my_policy`` | a policy, a class or function without arguments that makes one, or a function of observations |
+
+Our own files hold numbers and are never executed. A file of weights for ``torch:`` is read with ``weights_only=True``
+(or is safetensors), so nothing in it runs, while ``my_module`` is imported and does. A model of Stable-Baselines3 is
+unpickled, which can run whatever its author put there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import inspect
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
+from esp_trainer.benchmark.match import Player, PolicyError
+from esp_trainer.esp.team import Team
+from esp_trainer.teams.zoo import known_teams, load_team, unknown
+from esp_trainer.types import Role, ScriptedTeams
+from predprey_env.config import EnvConfig, TeamShape
+from predprey_env.policies import SCRIPTS
+from predprey_env.policies.opponents import as_policy
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Who is measured."""
+
+    spec: str
+    player: Player
+    digest: str
+    """SHA-256 of the file that it is in; of a script its name."""
+    caution: str = ""
+    """What loading it may have executed."""
+
+
+def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False) -> Candidate:
+    """Who a SPEC names; :class:`PolicyError` in one line if there is no such policy or it does not fit.
+
+    Args:
+        spec: As above.
+        role: What it plays.
+        env: In which world.
+        drawn: Whether ``sb3:`` and ``torch:`` draw actions from their chances, and do not take the most likely.
+    """
+    kind, _, rest = spec.partition(":")
+    if kind in _KINDS and rest:
+        return _KINDS[kind](spec, rest, env.team(role), drawn)
+    if drawn:
+        raise PolicyError(
+            f"only policies of sb3: and torch: can be drawn, got {spec}: a team says itself how it chooses"
+        )
+    known = known_teams()
+    if spec in SCRIPTS[role]:
+        return Candidate(spec, ScriptedTeams(spec), spec)
+    if spec in known or spec.endswith(".safetensors"):
+        team = load_team(spec) if spec in known else Team.load(spec)
+        team.check_fits(role, env)
+        return Candidate(spec, team, known[spec].digest if spec in known else _digest(Path(spec)))
+    if rest:
+        return _imported(spec, kind, rest, role, env)
+    raise PolicyError(unknown("policy", spec, [*SCRIPTS[role], *known]))
+
+
+def _sb3(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
+    name, _, file = rest.partition(":")
+    if not file:
+        raise PolicyError(f"expected sb3:CLASS:FILE, such as sb3:PPO:model.zip, got {spec!r}")
+    path = _file(file)
+    package, _, algorithm = name.rpartition(".")
+    kind = _attribute(_module(package or "stable_baselines3"), algorithm)
+    try:
+        model = kind.load(path, device="cpu")
+    except Exception as error:
+        reason = _line(error)
+        raise PolicyError(f"{path} is not a model that {name} of Stable-Baselines3 can load: {reason}") from error
+    caution = f"{path} was unpickled by Stable-Baselines3, which runs what its author put there"
+    return Candidate(spec, SB3Policy(model, shape, drawn=drawn), _digest(path), caution)
+
+
+def _torch(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
+    parts = rest.split(":", 2)
+    if len(parts) != 3:
+        expected = "torch:MODULE:FUNCTION:FILE, such as torch:my_module:make_network:weights.pt"
+        raise PolicyError(f"expected {expected}, got {spec!r}")
+    path, torch = _file(parts[2]), _module("torch")
+    network = _call(_attribute(_module(parts[0]), parts[1]), f"{parts[0]}:{parts[1]}")
+    try:
+        if path.suffix == ".safetensors":
+            weights = _module("safetensors.torch").load_file(path)
+        else:
+            weights = torch.load(path, map_location="cpu", weights_only=True)
+        network.load_state_dict(weights)
+    except Exception as error:
+        raise PolicyError(f"{path} does not hold weights for {parts[0]}:{parts[1]}: {_line(error)}") from error
+    return Candidate(spec, TorchPolicy(network, shape, drawn=drawn), _digest(path), f"{parts[0]} was imported")
+
+
+def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig) -> Candidate:
+    source = _module(module)
+    policy = _attribute(source, attribute)
+    if inspect.isclass(policy) or (inspect.isfunction(policy) and not inspect.signature(policy).parameters):
+        policy = _call(policy, spec)
+    try:
+        player = as_policy(policy, role, env)
+    except ValueError as error:
+        raise PolicyError(str(error).replace("opponent must be the name of a script", f"{spec} must be")) from error
+    where = getattr(source, "__file__", None)
+    return Candidate(spec, player, _digest(Path(where)) if where else "", f"{module} was imported")
+
+
+_KINDS = {"sb3": _sb3, "torch": _torch}
+
+
+def _module(name: str) -> ModuleType:
+    here = str(Path.cwd())  # as for `python -m`
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        return importlib.import_module(name)
+    except Exception as error:
+        raise PolicyError(f"{name} cannot be imported: {_line(error)}") from error
+
+
+def _attribute(module: ModuleType, name: str) -> Any:
+    try:
+        return getattr(module, name)
+    except AttributeError:
+        raise PolicyError(f"{module.__name__} has no {name}") from None
+
+
+def _call(make: Any, name: str) -> Any:
+    try:
+        return make()
+    except Exception as error:
+        raise PolicyError(f"{name}() raised {_line(error)}") from error
+
+
+def _file(name: str) -> Path:
+    if not Path(name).is_file():
+        raise FileNotFoundError(f"{name} is not there")
+    return Path(name)
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _line(error: Exception) -> str:
+    first = (str(error).splitlines() or [""])[0]
+    return f"{type(error).__name__}: {first}"

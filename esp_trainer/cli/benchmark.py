@@ -1,0 +1,77 @@
+"""``benchmark``: a policy against the gauntlet, on the terminal."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from tqdm import tqdm
+
+from esp_trainer.benchmark.gauntlet import Gauntlet, Row
+from esp_trainer.benchmark.leaderboard import append
+from esp_trainer.benchmark.match import PolicyError
+from esp_trainer.benchmark.report import Result, save, table
+from esp_trainer.benchmark.specs import Candidate, load_candidate
+from esp_trainer.cli.analysis import say
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams.zoo import load_zoo
+from esp_trainer.types import Role
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is played."""
+
+    role: Role
+    task: str
+    episodes: int
+    seed: int
+    drawn: bool = False
+
+
+def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None, leaderboard: Path | None) -> int:
+    """Play the gauntlet, print the table, and keep it; what was played is kept also where a policy fails midway."""
+    env = TASKS[settings.task]
+    candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
+    if candidate.caution:
+        say(f"caution: {candidate.caution}")
+    place = out or Path("benchmarks") / re.sub(r"[^\w.-]+", "-", f"{name}-{settings.role}-{settings.task}")
+    gauntlet = Gauntlet(load_zoo(settings.task), env, settings.role, settings.episodes, settings.seed)
+    rows: list[Row] = []
+    try:
+        meetings, total = gauntlet.play(candidate.player), len(gauntlet.opponents)
+        with tqdm(meetings, total=total, unit="opponent", leave=False, disable=None) as bar:  # none for logs
+            for row in bar:
+                rows.append(row)  # noqa: PERF402 - those before an error are kept
+    except (PolicyError, KeyboardInterrupt):
+        if rows:
+            save(_result(candidate, name, settings, gauntlet, rows), place)
+            say(f"{len(rows)} of {total} opponents were met; the table so far is in {place}")
+        raise
+    result = _result(candidate, name, settings, gauntlet, rows)
+    save(result, place)
+    print(table(result))
+    print(f"\nthe table, its numbers and a figure are in {place}")
+    if leaderboard:
+        append(leaderboard, result)
+        print(f"on the leaderboard: {leaderboard}")
+    sys.stdout.flush()
+    return 0
+
+
+def _result(candidate: Candidate, name: str, settings: Settings, gauntlet: Gauntlet, rows: list[Row]) -> Result:
+    return Result(
+        name=name,
+        spec=candidate.spec,
+        digest=candidate.digest,
+        drawn=settings.drawn,
+        role=settings.role,
+        task=settings.task,
+        n_episodes=settings.episodes,
+        seed=settings.seed,
+        zoo=gauntlet.zoo.digest,
+        rows=rows,
+        standing=gauntlet.standing(rows) if len(rows) == len(gauntlet.opponents) else None,
+    )

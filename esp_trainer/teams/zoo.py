@@ -1,0 +1,144 @@
+"""Reading the zoo. Its index carries the digest of every file, so that a table says which teams it is about."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.esp.team import Team
+from esp_trainer.files import DamagedFileError, read_arrays
+from esp_trainer.statistics import Rate
+from esp_trainer.types import Role
+
+PLACE = Path(__file__).parent / "zoo"
+"""Where the files are."""
+HELD_OUT = "held-out/"
+"""How the names begin of teams that are for reporting only."""
+
+
+@dataclass(frozen=True)
+class ZooTeam:
+    """What the index says of a team."""
+
+    name: str
+    task: str
+    """One of :data:`esp_trainer.tasks.TASKS`."""
+    role: Role
+    preset: str
+    seed: int
+    stage: str
+    """``early``, ``middle`` or ``late``: the third of its run in which it was the strongest."""
+    generation: int
+    score: Rate
+    """Mean over the zoo's opposing teams, with its interval over them: prey caught, for prey those not caught."""
+    rating: Rate
+    """Among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
+    digest: str
+    """SHA-256 of its file."""
+
+    @classmethod
+    def from_dict(cls, entry: dict[str, Any]) -> ZooTeam:
+        """From JSON values."""
+        rates = {name: Rate(*entry[name]) for name in ("score", "rating")}
+        return cls(**{**entry, **rates})
+
+    @property
+    def held_out(self) -> bool:
+        """Whether it is for reporting only."""
+        return self.name.startswith(HELD_OUT)
+
+
+@dataclass(frozen=True)
+class Zoo:
+    """Everything that is known of the teams of one task."""
+
+    task: str
+    teams: tuple[ZooTeam, ...]
+    predators: tuple[str, ...]
+    """Names of the rows: teams, then scripts."""
+    prey: tuple[str, ...]
+    """Names of the columns."""
+    captured: np.ndarray
+    """int ``(n_predators, n_prey)``: prey caught in all episodes of each pair, from the same starts."""
+    n_episodes: int
+    """Of each pair."""
+    n_prey: int
+    """In each episode."""
+    digest: str
+    """Of the index of the whole zoo."""
+
+    @property
+    def caught(self) -> np.ndarray:
+        """Share of prey caught, float64 ``(n_predators, n_prey)``."""
+        return np.asarray(self.captured / (self.n_episodes * self.n_prey))
+
+    def names(self, role: Role) -> tuple[str, ...]:
+        """The rows, or the columns."""
+        return self.predators if role == "predators" else self.prey
+
+
+def load_team(name: str) -> Team:
+    """A team of the zoo, by its name (``esp-trainer teams`` lists them).
+
+    Raises :class:`ValueError` for a name that there is not, with the nearest; :class:`DamagedFileError` if its file is
+    not the one that the index describes.
+    """
+    known = known_teams()
+    if name not in known:
+        raise ValueError(unknown("team", name, known))
+    path = PLACE / f"{name}.safetensors"
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is not there: the package is not installed whole")
+    if hashlib.sha256(path.read_bytes()).hexdigest() != known[name].digest:
+        raise DamagedFileError(f"{path} was altered: it is not the file that the zoo's index describes")
+    return Team.load(path)
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """What to say of a name that there is not: the nearest ones."""
+    near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.4)
+    return f"unknown {what} {name}; " + (f"did you mean {', or '.join(near)}?" if near else "nothing is named like it")
+
+
+def known_teams() -> dict[str, ZooTeam]:
+    """Every team of the zoo by name."""
+    return {team.name: team for team in _index()[0]}
+
+
+@cache
+def load_zoo(task: str) -> Zoo:
+    """The teams of a task, and who catches whom. Raises :class:`ValueError` for a task that there is not."""
+    teams, digest = _index()
+    tasks = list(dict.fromkeys(team.task for team in teams))
+    if task not in tasks:
+        raise ValueError(f"task must be one of {', '.join(tasks)}, got {task!r}")
+    header, arrays = read_arrays(PLACE / f"cross-play-{task}.safetensors", "zoo cross-play")
+    return Zoo(
+        task=task,
+        teams=tuple(team for team in teams if team.task == task),
+        predators=tuple(header["predators"]),
+        prey=tuple(header["prey"]),
+        captured=arrays["captured"],
+        n_episodes=header["n_episodes"],
+        n_prey=header["n_prey"],
+        digest=digest,
+    )
+
+
+@cache
+def _index() -> tuple[list[ZooTeam], str]:
+    path = PLACE / "index.json"
+    try:
+        data = path.read_bytes()
+        entries: list[dict[str, Any]] = json.loads(data)["teams"]
+        return list(map(ZooTeam.from_dict, entries)), hashlib.sha256(data).hexdigest()
+    except (ValueError, KeyError, TypeError) as error:
+        raise DamagedFileError(f"{path} is damaged: {error}") from None

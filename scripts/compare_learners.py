@@ -1,0 +1,51 @@
+"""PPO, evolution and scripts against each other, from nothing to ``docs/benchmark.md``.
+
+Trains PPO (``train_ppo.py``) for each side against the zoo, with dense and with terminal rewards, and against itself;
+evolves the presets ``paper`` and ``modern`` as long as usual and longer, and fresh teams against frozen PPO; then lets
+all predators meet all prey. Everything with several seeds. It can be stopped and started again: what is finished is not
+done again. Needs PyTorch; an hour on two cores.
+
+    python scripts/compare_learners.py
+    python scripts/compare_learners.py --report  # only the page again, from the matrix that is kept
+    python scripts/compare_learners.py --quick   # small and meaningless, to see that it works, into runs/quick
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it too
+
+from learners import report
+from learners.contestants import CONTESTANTS, small
+from learners.matrix import Matrix, play
+from learners.train import train
+
+
+def main() -> None:
+    """Do what is still to do."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+    parser.add_argument("--report", action="store_true", help="train nothing, play nothing")
+    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/learners, or runs/quick")
+    parser.add_argument("--out", type=Path, help="where the page goes; by default docs, or runs/quick")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes; by default one a core")
+    options = parser.parse_args()
+    runs = options.runs or Path("runs/quick" if options.quick else "runs/learners")
+    out = options.out or Path("runs/quick" if options.quick else "docs")
+    kept = out / "benchmark" / "matrix.npz"
+    if not options.report:
+        contestants = [small(each) for each in CONTESTANTS] if options.quick else CONTESTANTS
+        train(contestants, runs, options.workers)
+        play(contestants, runs, n_episodes=16 if options.quick else 512).save(kept)
+    elif not kept.exists():
+        parser.error(f"there is nothing to report on: {kept} is not there")
+    page = report.write(Matrix.load(kept), out)
+    print(page)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""Who is compared: for each kind of team how it is made, and with which seeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+TASK = "3v2"
+SEEDS = (700, 701, 702, 703, 704)
+PPO_STEPS = 20_000_000
+"""Of agents, of one side; self-play has as many for each."""
+GENERATIONS = 450
+LONGER = 4
+"""How many times the usual generations the longer runs have: about the CPU time of a run of PPO."""
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A kind of team."""
+
+    name: str
+    meaning: str
+    method: str
+    """``ppo``, ``evolved``, ``answer`` (evolved against frozen PPO) or ``script``."""
+    roles: tuple[str, ...] = ("predators", "prey")
+    """Which sides it has."""
+    seeds: tuple[int, ...] = SEEDS
+    reward: str = "dense"
+    """Of PPO."""
+    trained: str = "apart"
+    """Of PPO: the sides ``apart``, each against the zoo, or ``together``, against each other."""
+    part: int = 10
+    """Of PPO: which of ten checkpoints it is."""
+    steps: int = PPO_STEPS
+    preset: str = ""
+    """Of evolved ones."""
+    generations: int = GENERATIONS
+
+    @property
+    def run(self) -> str:
+        """The run that it comes from; several contestants may share one."""
+        return f"{self.trained}-{self.reward}" if self.method == "ppo" else self.name
+
+
+CONTESTANTS = [
+    Contestant("ppo", "PPO against the zoo, dense rewards", "ppo"),
+    Contestant("ppo, early", "the same after three tenths of the steps", "ppo", part=3),
+    Contestant("ppo, terminal", "PPO against the zoo, terminal rewards", "ppo", reward="terminal"),
+    Contestant("ppo, self-play", "PPO against PPO, present and past", "ppo", trained="together"),
+    Contestant("paper", "evolved, `paper-3v2`", "evolved", preset="paper-3v2"),
+    Contestant(
+        "paper, longer",
+        f"the same with {LONGER} times the generations",
+        "evolved",
+        preset="paper-3v2",
+        generations=LONGER * GENERATIONS,
+    ),
+    Contestant("modern", "evolved, `modern-3v2`", "evolved", preset="modern-3v2"),
+    Contestant(
+        "modern, longer",
+        f"the same with {LONGER} times the generations",
+        "evolved",
+        preset="modern-3v2",
+        generations=LONGER * GENERATIONS,
+    ),
+    Contestant(
+        "answer",
+        "evolved (`modern-3v2`) against the frozen team of `ppo`, self-play, of its seed",
+        "answer",
+        preset="modern-3v2",
+    ),
+    *(
+        Contestant(script, "scripted predators", "script", roles=("predators",), seeds=(0,))
+        for script in ("greedy_chase", "parity_chase", "intercept", "surround")
+    ),
+    *(
+        Contestant(script, "scripted prey", "script", roles=("prey",), seeds=(0,))
+        for script in ("flee_nearest", "flee_centroid", "run_straight")
+    ),
+    Contestant("random", "at random", "script", seeds=(0,)),
+]
+"""In the order of the tables."""
+
+
+def small(contestant: Contestant) -> Contestant:
+    """The same in seconds."""
+    seeds = contestant.seeds[:2]
+    return replace(contestant, seeds=seeds, steps=150_000, generations=max(2, contestant.generations // 200))

@@ -1,0 +1,234 @@
+"""The zoo of evolved teams that ships with the package, from nothing: ``esp_trainer/teams/zoo``.
+
+For both tasks it evolves three presets, the paper's and those whose prey (``modern``) and predators (``drawn``) stand
+highest against held-out opponents in ``docs/reproduction.md``, from seeds that no experiment of this project has, keeps
+of each third of each run the champions that do best against the other runs, and lets everybody meet everybody, scripts
+too. Teams of the seeds in ``HELD_OUT`` are for reporting only. Some minutes on two cores.
+
+    python scripts/make_zoo.py
+    python scripts/make_zoo.py --quick --out runs/zoo  # small and meaningless, to see that it works
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import subprocess
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from esp_trainer import RunConfig, Team, preset
+from esp_trainer.analysis.cross_play import cross_play
+from esp_trainer.analysis.history import History
+from esp_trainer.analysis.inference import over_seeds
+from esp_trainer.analysis.ratings import rate
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import SCHEMA, to_json, write, write_arrays
+from esp_trainer.run.directory import versions
+from esp_trainer.seeding import stream
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams.zoo import HELD_OUT as HELD_OUT_PREFIX
+from esp_trainer.teams.zoo import PLACE
+from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from predprey_env.policies import SCRIPTS
+from predprey_env.policies.names import other_team
+
+PRESETS = ("paper", "modern", "drawn")
+SEEDS = (500, 501, 502)
+HELD_OUT = (900, 901, 902)
+STAGES = ("early", "middle", "late")
+SAMPLED = 45
+"""Generations of a run that are candidates, a third of them for each stage."""
+EPISODES = 512
+"""Of each meeting in the matrix that ships."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One of the runs."""
+
+    task: str
+    seed: int
+    history: History
+
+    @property
+    def held_out(self) -> bool:
+        """Whether its teams are for reporting only."""
+        return self.seed in HELD_OUT
+
+    @property
+    def thirds(self) -> list[np.ndarray]:
+        """The candidates of each stage."""
+        return np.array_split(self.history.sample(SAMPLED), len(STAGES))
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A champion that goes into the zoo."""
+
+    run: Run
+    role: Role
+    stage: str
+    generation: int
+
+    @property
+    def name(self) -> str:
+        """Its name there."""
+        prefix = HELD_OUT_PREFIX if self.run.held_out else ""
+        return f"{prefix}{self.run.history.config.preset}/{self.role}/seed-{self.run.seed}-{self.stage}"
+
+
+def main() -> None:
+    """Make all of it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=PLACE, help="by default into the package")
+    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes; by default one a core")
+    options = parser.parse_args()
+    runs = evolve(options.quick, options.workers)
+    entries: list[dict[str, Any]] = []
+    for task in TASKS:
+        chosen = choose([run for run in runs if run.task == task])
+        entries += keep(task, chosen, options.out, 16 if options.quick else EPISODES)
+    about = {"schema": SCHEMA, "made_by": "python scripts/make_zoo.py", "commit": commit(), "versions": versions()}
+    write(options.out / "index.json", to_json({**about, "teams": entries}))
+    print(f"{options.out}: {len(entries)} teams")
+
+
+def evolve(quick: bool, workers: int) -> list[Run]:
+    """Every run, each on one core."""
+    todo = [
+        (task, seed, small(config) if quick else config)
+        for task in TASKS
+        for name in PRESETS
+        for seed in (*SEEDS, *HELD_OUT)
+        for config in [preset(f"{name}-{task}").replace(seed=seed)]
+    ]
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        histories = pool.map(_evolve, [config for *_, config in todo])
+        found = list(tqdm(histories, total=len(todo), unit="run", desc="evolving"))
+    return [Run(task, seed, history) for (task, seed, _), history in zip(todo, found, strict=True)]
+
+
+def small(config: RunConfig) -> RunConfig:
+    """A run of seconds."""
+    esp = config.esp.replace(n_trials=40, n_episodes=1, hof_mates=0)
+    champion = config.champion.replace(n_candidates=3, n_held_out=16)
+    return config.replace(generations=6, esp=esp, champion=champion)
+
+
+def _evolve(config: RunConfig) -> History:
+    return History.evolve(config, FusedEvaluator(config.env, threads=1))
+
+
+def choose(runs: list[Run]) -> list[Chosen]:
+    """For each role, run and stage the champion that does best, on average, against the last champions of each third
+    of the other runs that are not held out.
+    """
+    evaluator = FusedEvaluator(runs[0].history.config.env)
+    found = []
+    for role in ROLES:
+        for run in runs:
+            mine, scores = run.history.entrants(role, run.history.sample(SAMPLED)), []
+            for other in runs:
+                if other is not run and not other.held_out:
+                    panel = other.history.entrants(other_team(role), np.array([third[-1] for third in other.thirds]))
+                    scores.append(_scores(role, mine, panel, evaluator, seed=1))
+            means = np.split(np.mean(scores, axis=0).mean(axis=1), np.cumsum([len(t) for t in run.thirds])[:-1])
+            for stage, third, mean in zip(STAGES, run.thirds, means, strict=True):
+                found.append(Chosen(run, role, stage, int(third[mean.argmax()])))
+    return found
+
+
+def _scores(role: Role, mine: Teams, theirs: Teams, evaluator: FusedEvaluator, seed: int) -> np.ndarray:
+    """A row for each of mine, higher is better for them."""
+    if role == "predators":
+        return cross_play(mine, theirs, evaluator, seed=seed).caught
+    return 1 - cross_play(theirs, mine, evaluator, seed=seed).caught.T
+
+
+def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[dict[str, Any]]:
+    """Let everybody meet everybody from fresh starts; writes teams and matrix, and returns entries for the index."""
+    env = TASKS[task]
+    sides: dict[Role, list[tuple[str, Teams]]] = {
+        role: [
+            (each.name, each.run.history.entrants(role, np.array([each.generation])))
+            for each in chosen
+            if each.role == role
+        ]
+        + [(script, ScriptedTeams(script)) for script in SCRIPTS[role]]
+        for role in ROLES
+    }
+    evaluator = FusedEvaluator(env)
+    captured = np.array(
+        [
+            [cross_play(p, q, evaluator, n_episodes=n_episodes, seed=2).captured.sum() for _, q in sides["prey"]]
+            for _, p in tqdm(sides["predators"], desc=f"{task}, who catches whom", unit="team")
+        ]
+    )
+    header = {role: [name for name, _ in side] for role, side in sides.items()}
+    write_arrays(
+        _made(place / f"cross-play-{task}.safetensors"),
+        "zoo cross-play",
+        {**header, "n_episodes": n_episodes, "n_prey": env.n_prey},
+        {"captured": captured},
+    )
+    caught = captured / (n_episodes * env.n_prey)
+    ratings = dict(zip(ROLES, rate(caught, n_episodes, stream(0, "zoo ratings")), strict=True))
+    entries = []
+    for each in chosen:
+        row = header[each.role].index(each.name)
+        known = caught[row] if each.role == "predators" else 1 - caught[:, row]
+        opposing = known[[name not in SCRIPTS[other_team(each.role)] for name in header[other_team(each.role)]]]
+        score, rated = over_seeds(opposing), ratings[each.role]
+        entry: dict[str, Any] = {
+            "name": each.name,
+            "task": task,
+            "role": each.role,
+            "preset": each.run.history.config.preset,
+            "seed": each.run.seed,
+            "stage": each.stage,
+            "generation": each.generation,
+            "score": [score.mean, score.low, score.high],
+            "rating": [float(values[row]) for values in (rated.rating, rated.low, rated.high)],
+        }
+        entries.append({**entry, "digest": _save(each, entry, place)})
+    return entries
+
+
+def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
+    """Write a team with where it came from; the digest of its file."""
+    team = each.run.history.team(each.role, each.generation)
+    origin = {
+        **team.provenance,
+        "zoo": {name: entry[name] for name in ("name", "stage", "score", "rating")},
+        "commit": commit(),
+    }
+    whole = Team(team.role, team.side, team.controller, team.genomes, origin, team.n_seen)
+    path = _made(place / f"{each.name}.safetensors")
+    whole.save(path)
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _made(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def commit() -> str:
+    """Of this repository, or ``unknown``."""
+    try:
+        return subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
+    except (OSError, subprocess.CalledProcessError):  # no git, or no repository
+        return "unknown"
+
+
+if __name__ == "__main__":
+    main()
