@@ -283,7 +283,7 @@ def train(settings: Settings, place: Path) -> None:
                     log.add_scalar(f"{role}/{name}", value, learner.steps)
             if len(learners) > 1:
                 meet_anew(learners, past, rng)
-            now = sum(learner.steps for learner in learners.values())
+            now = min(settings.steps, sum(learner.steps for learner in learners.values()))
             if now * settings.n_checkpoints // settings.steps > saved:
                 saved = now * settings.n_checkpoints // settings.steps
                 for role, learner in learners.items():

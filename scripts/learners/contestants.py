@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 TASK = "3v2"
 SEEDS = (700, 701, 702, 703, 704)
-PPO_STEPS = 20_000_000
+PPO_STEPS = 15_000_000
 """Of agents, of one side; self-play has as many for each."""
 GENERATIONS = 450
-LONGER = 4
-"""How many times the usual generations the longer runs have: about the CPU time of a run of PPO."""
+LONGER = 7
+"""How many times the usual generations the longer runs have: about the CPU time of PPO for both sides."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class Contestant:
     part: int = 10
     """Of PPO: which of ten checkpoints it is."""
     steps: int = PPO_STEPS
+    n_worlds: int = 8
+    """Of PPO, for each opponent."""
     preset: str = ""
     """Of evolved ones."""
     generations: int = GENERATIONS
@@ -43,9 +45,9 @@ class Contestant:
 
 CONTESTANTS = [
     Contestant("ppo", "PPO against the zoo, dense rewards", "ppo"),
-    Contestant("ppo, early", "the same after three tenths of the steps", "ppo", part=3),
+    Contestant("ppo, early", "the same after a tenth of the steps", "ppo", part=1),
     Contestant("ppo, terminal", "PPO against the zoo, terminal rewards", "ppo", reward="terminal"),
-    Contestant("ppo, self-play", "PPO against PPO, present and past", "ppo", trained="together"),
+    Contestant("ppo, self-play", "PPO against PPO, present and past", "ppo", trained="together", n_worlds=48),
     Contestant("paper", "evolved, `paper-3v2`", "evolved", preset="paper-3v2"),
     Contestant(
         "paper, longer",
@@ -62,11 +64,12 @@ CONTESTANTS = [
         preset="modern-3v2",
         generations=LONGER * GENERATIONS,
     ),
+    Contestant("drawn", "evolved, `drawn-3v2`", "evolved", preset="drawn-3v2"),
     Contestant(
         "answer",
-        "evolved (`modern-3v2`) against the frozen team of `ppo`, self-play, of its seed",
+        "evolved as `drawn`, against the frozen `ppo, self-play` of its seed",
         "answer",
-        preset="modern-3v2",
+        preset="drawn-3v2",
     ),
     *(
         Contestant(script, "scripted predators", "script", roles=("predators",), seeds=(0,))
@@ -84,4 +87,6 @@ CONTESTANTS = [
 def small(contestant: Contestant) -> Contestant:
     """The same in seconds."""
     seeds = contestant.seeds[:2]
-    return replace(contestant, seeds=seeds, steps=150_000, generations=max(2, contestant.generations // 200))
+    return replace(
+        contestant, seeds=seeds, steps=150_000, n_worlds=1, generations=max(2, contestant.generations // 200)
+    )

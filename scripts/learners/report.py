@@ -86,7 +86,7 @@ def _who(matrix: Matrix) -> str:
             [matrix.predators_spent[matrix.predators == name], matrix.prey_spent[matrix.prey == name]]
         )
         n_seeds = max((matrix.predators == name).sum(), (matrix.prey == name).sum())
-        cost = "- | -" if np.isnan(spent).all() else f"{spent[:, 0].mean():.0f} | {spent[:, 1].mean() / 1e6:,.0f} M"
+        cost = "- | -" if np.isnan(spent).all() else f"{spent[:, 0].mean():.1f} | {spent[:, 1].mean() / 1e6:,.0f} M"
         rows.append(f"| `{name}` | {meaning} | {n_seeds} | {cost} |")
     return _WHO + "\n".join(rows) + _COST
 

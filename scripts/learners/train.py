@@ -68,20 +68,16 @@ def _jobs(contestant: Contestant, place: Path) -> dict[str, Callable[[], None]]:
 
 def _ppo(contestant: Contestant, place: Path, role: str, seed: int) -> Callable[[], None]:
     out = place / contestant.run / f"seed-{seed}" / ("" if role == "both" else role)
-    steps = contestant.steps * (2 if role == "both" else 1)
-    options = [
-        "--task",
-        TASK,
-        "--reward",
-        contestant.reward,
-        "--seed",
-        str(seed),
-        "--steps",
-        str(steps),
-        "--out",
-        str(out),
-    ]
-    return lambda: _run([str(_PPO), role, *options])
+    options: dict[str, object] = {
+        "--task": TASK,
+        "--reward": contestant.reward,
+        "--seed": seed,
+        "--steps": contestant.steps * (2 if role == "both" else 1),
+        "--n-worlds": contestant.n_worlds,
+        "--out": out,
+    }
+    words = [str(word) for option in options.items() for word in option]
+    return lambda: _run([str(_PPO), role, *words])
 
 
 def _command(contestant: Contestant, place: Path, seed: int) -> Callable[[], None]:

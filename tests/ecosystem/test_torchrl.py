@@ -14,6 +14,10 @@ from torchrl.envs.utils import ExplorationType, check_env_specs, set_exploration
 from torchrl.modules import MultiAgentMLP, ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss
 
+from esp_trainer.benchmark.batched import TorchPolicy
+from esp_trainer.benchmark.match import Arena
+from esp_trainer.tasks import TASKS
+from esp_trainer.types import ScriptedTeams
 from predprey_env import predprey_v0
 
 pytestmark = [
@@ -146,3 +150,24 @@ def test_the_readmes_snippet_rolls_out(snippet: dict[str, Any]) -> None:
     assert rollout.shape == (500,)
     assert rollout["state"].shape == (500, 13)
     assert rollout["next", "predator", "info", "n_captured"].max() > 0
+
+
+def test_an_actor_is_a_candidate_of_the_benchmark() -> None:
+    """As ``torch:MODULE:FUNCTION:FILE`` loads it: what it writes as its action is played."""
+    shape = TASKS["3v2"].team("prey")
+    torch.manual_seed(0)
+    network = TensorDictModule(torch.nn.Linear(shape.n_seen, shape.n_actions), ["observation"], ["logits"])
+    actor = ProbabilisticActor(network, in_keys=["logits"], distribution_class=Categorical)
+    seen = torch.randn(50, 2, shape.n_seen)
+    likely = TorchPolicy(actor, shape).act_batch(seen.numpy())
+    assert likely.tolist() == network.module(seen).argmax(-1).tolist()
+    drawn = TorchPolicy(actor, shape, drawn=True)
+
+    def draw(seed: int) -> list[list[int]]:
+        drawn.reset(seed)
+        return drawn.act_batch(seen.numpy()).tolist()
+
+    assert draw(1) == draw(1)
+    assert draw(1) != draw(2)
+    met = Arena(TASKS["3v2"], 8, 0).meet(TorchPolicy(actor, shape), "prey", ScriptedTeams("random"))
+    assert (met.steps > 0).all()
