@@ -29,15 +29,20 @@ def append(path: Path, result: Result) -> None:
     """
     if result.standing is None:
         raise ValueError("only a candidate that met the whole gauntlet can be on a leaderboard")
-    text = path.read_text() if path.exists() else _INTRODUCTION
-    if not text.startswith(_INTRODUCTION):
-        raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
-    tables = _tables(text)
+    tables = _tables(read(path))
     row, title = _row(result), f"{result.task}, {result.role}"
     rows = [each for each in tables.get(title, []) if _identity(each) != _identity(row)]
     tables[title] = sorted([*rows, row], key=lambda each: (-float(_cells(each)[1]), each))
     parts = [f"## {title}\n\n{_HEAD}\n" + "\n".join(tables[title]) + "\n" for title in sorted(tables)]
     write(path, "\n".join([_INTRODUCTION, *parts]).encode())
+
+
+def read(path: Path) -> str:
+    """What a leaderboard holds, or will begin with; :class:`ValueError` if the file is something else."""
+    text = path.read_text() if path.exists() else _INTRODUCTION
+    if not text.startswith(_INTRODUCTION):
+        raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
+    return text
 
 
 def _tables(text: str) -> dict[str, list[str]]:

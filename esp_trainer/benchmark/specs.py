@@ -32,6 +32,7 @@ from esp_trainer.teams.zoo import known_teams, load_team, unknown
 from esp_trainer.types import Role, ScriptedTeams
 from predprey_env.config import EnvConfig, TeamShape
 from predprey_env.policies import SCRIPTS
+from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import as_policy
 
 
@@ -72,6 +73,8 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
         return Candidate(spec, team, known[spec].digest if spec in known else _digest(Path(spec)))
     if rest:
         return _imported(spec, kind, rest, role, env)
+    if spec in SCRIPTS[other_team(role)]:
+        raise PolicyError(f"expected {role}, got {spec}, a script of {other_team(role)}")
     raise PolicyError(unknown("policy", spec, [*SCRIPTS[role], *known]))
 
 

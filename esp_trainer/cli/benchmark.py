@@ -10,7 +10,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from esp_trainer.benchmark.gauntlet import Gauntlet, Row
-from esp_trainer.benchmark.leaderboard import append
+from esp_trainer.benchmark.leaderboard import append, read
 from esp_trainer.benchmark.match import PolicyError
 from esp_trainer.benchmark.report import Result, save, table
 from esp_trainer.benchmark.specs import Candidate, load_candidate
@@ -33,6 +33,8 @@ class Settings:
 
 def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None, leaderboard: Path | None) -> int:
     """Play the gauntlet, print the table, and keep it; what was played is kept also where a policy fails midway."""
+    if leaderboard:
+        read(leaderboard)  # better now than after all the playing
     env = TASKS[settings.task]
     candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
     if candidate.caution:

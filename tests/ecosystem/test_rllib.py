@@ -5,12 +5,21 @@ Both modes of captured prey work: an agent that has left is no longer asked for 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import ray
+import torch
+
+from esp_trainer.benchmark.batched import BatchedPolicy
+from esp_trainer.benchmark.match import Arena
+from esp_trainer.benchmark.specs import load_candidate
+from esp_trainer.tasks import TASKS
+from esp_trainer.types import ScriptedTeams
 
 pytestmark = pytest.mark.ecosystem
 
@@ -64,3 +73,25 @@ def test_both_teams_learn_from_episodes_with_captures(snippet: dict[str, Any], c
     for team in TEAMS:
         assert any((old != new).any() for old, new in zip(before[team], after[team], strict=True))
         assert all(np.isfinite(new).all() for new in after[team])
+
+
+def test_a_trained_module_is_a_candidate_of_the_benchmark(
+    snippet: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As docs/tutorial.md shows it: a checkpoint of the snippet's algorithm, and its class."""
+    algorithm = snippet["algorithm"]
+    algorithm.save_to_path(str(tmp_path / "checkpoint"))
+    text = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text()
+    program = re.search(r"<!-- tutorial: my_rllib\.py -->\n```python\n(.*?)```", text, re.DOTALL)
+    assert program is not None
+    (tmp_path / "my_rllib.py").write_text(program[1])
+    monkeypatch.chdir(tmp_path)
+    policy = load_candidate("my_rllib:Predators", "predators", TASKS["3v2"]).player
+    assert isinstance(policy, BatchedPolicy)
+    seen = np.random.default_rng(0).integers(-50, 50, (30, 3, 4)).astype(np.float32)
+    module = algorithm.get_module("predator")
+    with torch.no_grad():
+        told = module.forward_inference({"obs": torch.from_numpy(seen.reshape(-1, 4))})
+    assert policy.act_batch(seen).ravel().tolist() == told["action_dist_inputs"].argmax(-1).tolist()
+    met = Arena(TASKS["3v2"], 8, 0).meet(policy, "predators", ScriptedTeams("random"))
+    assert (met.steps > 0).all()
