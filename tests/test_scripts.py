@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams import zoo
 from predprey_env.policies import SCRIPTS as SCRIPTED
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
@@ -115,3 +117,23 @@ def test_every_scripted_team_meets_every_other() -> None:
         names, cells = zip(*(line.strip("| ").split(" | ", 1) for line in rows.splitlines()), strict=True)
         assert [name.strip("`") for name in names] == list(SCRIPTED["predators"])
         assert all(len(re.findall(r"[01]\.\d{3} \[[01]\.\d{3}, [01]\.\d{3}\]", line)) == 4 for line in cells)
+
+
+@pytest.mark.slow
+def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shipped = set(zoo.known_teams())
+    done = script("make_zoo.py", "--quick", "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    monkeypatch.setattr(zoo, "PLACE", tmp_path)
+    caches = (zoo.load_zoo, zoo._index)
+    try:
+        for cache in caches:
+            cache.cache_clear()
+        teams = zoo.known_teams()
+        assert set(teams) == shipped, "as many as are in the package, and by the same names"
+        for name in list(teams)[::12]:
+            zoo.load_team(name).check_fits(teams[name].role, TASKS[teams[name].task])
+        assert zoo.load_zoo("3v1").n_episodes == 16
+    finally:
+        for cache in caches:
+            cache.cache_clear()

@@ -59,7 +59,7 @@ def _row(result: Result) -> str:
     assert standing is not None
     held_out, zoo, scripts = (standing.generalist.get(part) for part in ("held out", "zoo", "scripts"))
     cells = [
-        result.name.replace("|", "/"),
+        result.name,
         f"{held_out[0]:.3f}" if held_out else "nan",
         f"{held_out[1]:.3f}" if held_out else "-",
         f"{zoo[0]:.3f}" if zoo else "-",
@@ -72,7 +72,7 @@ def _row(result: Result) -> str:
         version("predprey-esp"),
         f"`{result.command}`",
     ]
-    return f"| {' | '.join(cells)} |"
+    return f"| {' | '.join(' '.join(cell.replace('|', '/').split()) for cell in cells)} |"
 
 
 def _cells(row: str) -> list[str]:

@@ -24,7 +24,10 @@ Player: TypeAlias = Ours | Policy
 
 
 class PolicyError(ValueError):
-    """A candidate that cannot play, or stopped playing."""
+    """A candidate that cannot play, or stopped playing; in one line, whatever its own error said."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.split()))
 
 
 @dataclass(frozen=True)

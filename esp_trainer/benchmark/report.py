@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -47,7 +48,7 @@ class Result:
     def command(self) -> str:
         """What gives the same table again."""
         return (
-            f"esp-trainer benchmark --policy {self.spec} --role {self.role} --task {self.task} "
+            f"esp-trainer benchmark --policy {shlex.quote(self.spec)} --role {self.role} --task {self.task} "
             f"--episodes {self.n_episodes} --seed {self.seed}{' --drawn' if self.drawn else ''}"
         )
 

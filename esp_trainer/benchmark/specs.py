@@ -120,7 +120,7 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
     try:
         player = as_policy(policy, role, env)
     except ValueError as error:
-        raise PolicyError(str(error).replace("opponent must be the name of a script", f"{spec} must be")) from error
+        raise PolicyError(str(error).replace("opponent must be the name of a script,", f"{spec} must be")) from error
     where = getattr(source, "__file__", None)
     return Candidate(spec, player, _digest(Path(where)) if where else "", f"{module} was imported")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -140,16 +140,19 @@ def _role(player: Player, others: Mapping[Role, Player]) -> Role:
 def _load(name: str) -> Player:
     if name in NUMBERS and not Path(name).exists():
         return ScriptedTeams(name)
+    return _evolved(name, NUMBERS)
+
+
+def _evolved(name: str, besides: Iterable[str] = ()) -> Team:
+    """Of the zoo, or from a file; if there is none, the error suggests the nearest name, ``besides`` among them."""
+    known = known_teams()
+    if name in known and not Path(name).exists():
+        return load_team(name)
     try:
-        return _evolved(name)
+        return Team.load(name)
     except FileNotFoundError as error:
-        near = difflib.get_close_matches(name, [*NUMBERS, *known_teams()], n=1)
+        near = difflib.get_close_matches(name, [*besides, *known], n=1)
         raise FileNotFoundError(f"{error}; did you mean {near[0]}?" if near else str(error)) from None
-
-
-def _evolved(name: str) -> Team:
-    """Of the zoo, or from a file."""
-    return load_team(name) if name in known_teams() and not Path(name).exists() else Team.load(name)
 
 
 def _world(team: Team, name: str) -> EnvConfig:

@@ -105,7 +105,8 @@ def load_team(name: str) -> Team:
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """What to say of a name that there is not: the nearest ones."""
     near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.4)
-    return f"unknown {what} {name}; " + (f"did you mean {', or '.join(near)}?" if near else "nothing is named like it")
+    listed = " or ".join([", ".join(near[:-1])] * bool(near[:-1]) + near[-1:])
+    return f"unknown {what} {name}; " + (f"did you mean {listed}?" if near else "nothing is named like it")
 
 
 def known_teams() -> dict[str, ZooTeam]:

@@ -93,3 +93,29 @@ def test_the_same_generator_gives_the_same_ratings_and_more_episodes_narrower_on
 def test_bad_input_is_refused(call: Callable[[], object], message: str):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_a_number_of_episodes_for_each_pair_may_be_given():
+    caught = np.array([[0.5, 0.75], [0.25, 0.5]])
+    for number, each in ((64, np.full((2, 2), 64)), (8, np.full((2, 2), 8))):
+        for one, other in zip(
+            rate(caught, number, np.random.default_rng(0)), rate(caught, each, np.random.default_rng(0)), strict=True
+        ):
+            assert one.rating.tolist() == other.rating.tolist()
+            assert one.low.tolist() == other.low.tolist()
+
+
+def test_pairs_with_more_episodes_count_for_more():
+    """The first predators do well against one prey and badly against another: what was seen more often decides."""
+    caught = np.array([[0.9, 0.1], [0.5, 0.5]])
+    well, badly = (
+        rate(caught, np.array([episodes, [64, 64]]), np.random.default_rng(0)).predators.rating
+        for episodes in ([640, 64], [64, 640])
+    )
+    assert well[0] > well[1]
+    assert badly[0] < badly[1]
+
+
+def test_each_pair_needs_an_episode():
+    with pytest.raises(ValueError, match=r"^episodes must be at least 1"):
+        rate(np.full((2, 2), 0.5), np.array([[4, 0], [4, 4]]), np.random.default_rng(0))

@@ -1,0 +1,78 @@
+"""Policies that are asked about rows, with stand-ins for the libraries; tests/ecosystem has the real ones."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, Discrete
+
+from esp_trainer.benchmark.batched import BatchedPolicy, SB3Policy
+from predprey_env import EnvConfig
+from predprey_env.policies import Policy
+
+SHAPE = EnvConfig().team("predators")
+
+
+class Sums(BatchedPolicy):
+    def choose(self, rows: np.ndarray) -> np.ndarray:
+        return rows.sum(axis=1).astype(int) % 5
+
+
+class Model:
+    """What Stable-Baselines3's models have, and a note of how it was asked."""
+
+    def __init__(self, n_seen: int = 4, n_actions: int = 5) -> None:
+        self.observation_space = Box(-50, 49, (n_seen,))
+        self.action_space: Any = Discrete(n_actions)
+        self.asked: list[Any] = []
+
+    def set_random_seed(self, seed: int | None) -> None:
+        self.asked.append(seed)
+
+    def predict(self, rows: np.ndarray, deterministic: bool) -> tuple[np.ndarray, None]:
+        self.asked.append(deterministic)
+        return rows[:, 0].astype(int), None
+
+
+def test_one_by_one_and_all_at_once_are_the_same():
+    policy, seen = Sums(), np.random.default_rng(0).integers(0, 50, (6, 3, 4)).astype(np.float32)
+    all_at_once = policy.act_batch(seen)
+    assert all_at_once.shape == (6, 3)
+    for world, actions in zip(seen, all_at_once, strict=True):
+        chosen = policy.act({f"predator_{i}": row for i, row in enumerate(world)})
+        assert chosen == {f"predator_{i}": action for i, action in enumerate(actions.tolist())}
+        assert all(type(action) is int for action in chosen.values())
+    assert policy.act({}) == {}
+
+
+def test_it_is_a_policy_for_the_environments():
+    assert isinstance(Sums(), Policy)
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+def test_a_model_is_asked_for_likely_actions_or_for_drawn_ones(drawn: bool):
+    model = Model()
+    policy = SB3Policy(model, SHAPE, drawn=drawn)
+    policy.reset(7)
+    assert policy.act_batch(np.full((2, 3, 4), 3, np.float32)).tolist() == [[3] * 3] * 2
+    assert model.asked == ([7, False] if drawn else [True])
+
+
+@pytest.mark.parametrize("model", [Model(n_seen=6), Model(n_actions=4), Model(n_seen=2)])
+def test_a_model_with_other_spaces_is_refused(model: Model):
+    expected = (
+        f"the model must observe 4 numbers and have 5 actions, got {model.observation_space} and {model.action_space}"
+    )
+    with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
+        SB3Policy(model, SHAPE)
+    assert str(refused.value) == expected
+
+
+def test_a_model_whose_actions_are_not_discrete_is_refused():
+    model = Model()
+    model.action_space = SimpleNamespace(shape=(2,))
+    with pytest.raises(ValueError, match=r"^the model must observe 4 numbers and have 5 actions"):
+        SB3Policy(model, SHAPE)

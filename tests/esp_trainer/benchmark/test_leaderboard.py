@@ -1,0 +1,86 @@
+"""Rows in their places, and files that are something else left alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from esp_trainer.benchmark.leaderboard import append
+from esp_trainer.benchmark.report import Result
+
+Make = Callable[..., Result]
+
+
+@pytest.fixture
+def board(tmp_path: Path) -> Path:
+    return tmp_path / "board.md"
+
+
+def rows(board: Path) -> dict[str, list[str]]:
+    """The names under each title, in order."""
+    parts = re.split(r"^## (.+)$", board.read_text(), flags=re.MULTILINE)[1:]
+    return {
+        title: re.findall(r"^\| ((?!name|---)[^|]+) \|", body, re.MULTILINE)
+        for title, body in zip(parts[::2], parts[1::2], strict=True)
+    }
+
+
+def test_a_row_tells_all_that_is_needed_to_verify_it(board: Path, result: Make):
+    append(board, result())
+    cells = board.read_text().splitlines()[-1].strip("| ").split(" | ")
+    assert cells[:8] == ["hunters", "0.400", "0.400", "0.500", "1.000", "31 [-5, 66]", "+0.013", "0.250"]
+    assert cells[8:10] == ["`0123456789abcdef`", "`fedcba98`"]
+    assert cells[11] == f"`{result().command}`"
+
+
+def test_the_best_against_held_out_teams_comes_first(board: Path, result: Make):
+    for score in (0.3, 0.5, 0.4):
+        append(board, result(score, name=f"with {score}", spec=f"my_policies:p{score}"))
+    assert rows(board) == {"3v2, predators": ["with 0.5", "with 0.4", "with 0.3"]}
+
+
+def test_tasks_and_roles_have_tables_of_their_own(board: Path, result: Make):
+    append(board, result(name="a"))
+    append(board, result(name="b", role="prey"))
+    append(board, result(name="c", task="3v1"))
+    assert rows(board) == {"3v1, predators": ["c"], "3v2, predators": ["a"], "3v2, prey": ["b"]}
+
+
+def test_the_same_policy_measured_the_same_way_is_there_once(board: Path, result: Make):
+    append(board, result(name="first"))
+    before = board.read_bytes()
+    append(board, result(name="first"))
+    assert board.read_bytes() == before
+    append(board, result(name="renamed"))
+    assert rows(board) == {"3v2, predators": ["renamed"]}
+    for change in ({"digest": "f" * 20}, {"seed": 6}, {"zoo": "1" * 16}, {"drawn": True}):
+        append(board, result(name=str(change), **change))
+    assert len(rows(board)["3v2, predators"]) == 5
+
+
+def test_one_that_did_not_come_through_is_refused(board: Path, result: Make):
+    with pytest.raises(ValueError, match=r"^only a candidate that met the whole gauntlet can be on a leaderboard$"):
+        append(board, result(standing=None))
+    assert not board.exists()
+
+
+def test_a_file_that_is_something_else_is_left_as_it_is(board: Path, result: Make):
+    board.write_text("# My notes\n")
+    with pytest.raises(
+        ValueError, match=r"board\.md is not a leaderboard: it does not begin with the introduction of one$"
+    ):
+        append(board, result())
+    assert board.read_text() == "# My notes\n"
+
+
+@pytest.mark.parametrize("name", ["a|b", "a\nb", "a | b", "`a`", "## a"])
+def test_a_name_cannot_break_the_table(name: str, board: Path, result: Make):
+    append(board, result(name=name))
+    append(board, result(0.9, name="best", spec="my_policies:best"))
+    text = board.read_text()
+    assert [line.count(" | ") for line in text.splitlines() if line.startswith("| ")] == [11] * 4
+    assert len(rows(board)["3v2, predators"]) == 2
+    assert list(rows(board)) == ["3v2, predators"]

@@ -1,0 +1,83 @@
+"""A result as text, as numbers and as a figure."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from esp_trainer.benchmark.report import Result, save, table
+
+Make = Callable[..., Result]
+
+
+def test_the_table_tells_each_meeting_and_what_all_say(result: Make):
+    assert table(result()).splitlines() == [
+        "hunters: predators of 3v2, 64 episodes each from held-out starts (seed 5)",
+        "",
+        "held out                            caught [95% interval]           fitness  all caught after",
+        "held-out/x-3v2/prey/seed-1-late      0.400 [0.289, 0.522]             12.50        71.2 steps",
+        "",
+        "zoo                                 caught [95% interval]           fitness  all caught after",
+        "x-3v2/prey/seed-2-late               0.500 [0.381, 0.619]             10.00                 -",
+        "",
+        "scripts                             caught [95% interval]           fitness  all caught after",
+        "random                               1.000 [0.943, 1.000]             25.00        30.0 steps",
+        "",
+        "held out   0.400 prey caught, 0.400 against the worst tenth",
+        "zoo        0.500 prey caught, 0.500 against the worst tenth",
+        "scripts    1.000 prey caught, 1.000 against the worst tenth",
+        "rating     31 [-5, 66] points, number 3 of 17",
+        "gain       +0.013 from the gauntlet's optimal mixture, beyond the value of its game",
+        "exploited  0.250 below that value by its worst opponent",
+    ]
+
+
+def test_prey_are_told_by_what_is_not_caught(result: Make):
+    assert "held out   0.400 prey not caught, 0.400 against the worst tenth" in table(result(role="prey"))
+
+
+def test_one_that_did_not_come_through_says_so(result: Make):
+    lines = table(result(standing=None, rows=result().rows[:1])).splitlines()
+    assert lines[-1] == "it did not come through"
+    assert not any("random" in line for line in lines)
+
+
+def test_the_command_gives_the_same_again(result: Make):
+    words = "esp-trainer benchmark --policy my_policies:hunters --role predators --task 3v2 --episodes 64 --seed 5"
+    assert result().command == words
+    assert result(drawn=True).command == f"{words} --drawn"
+
+
+def test_equal_results_are_equal_files_and_others_are_not(result: Make, tmp_path: Path):
+    for place, made in {"one": result(), "again": result(), "other": result(held_out=0.41)}.items():
+        save(made, tmp_path / place)
+    files = sorted(path.name for path in (tmp_path / "one").iterdir())
+    assert files == ["results.json", "scores.csv", "scores.png", "table.txt"]
+    for name in files:
+        one, again, other = ((tmp_path / place / name).read_bytes() for place in ("one", "again", "other"))
+        assert one == again
+        assert one != other
+
+
+def test_what_is_kept_can_be_read_back(result: Make, tmp_path: Path):
+    save(result(), tmp_path)
+    told = json.loads((tmp_path / "results.json").read_text())
+    assert told["complete"] is True
+    assert told["digest"] == "0123456789abcdef0123"
+    assert [row["caught"]["rate"] for row in told["rows"]] == [0.4, 0.5, 1.0]
+    assert told["standing"]["rank"] == 3
+    with (tmp_path / "scores.csv").open() as file:
+        assert {row["opponent"]: float(row["caught"]) for row in csv.DictReader(file)} == {
+            row["opponent"]: row["caught"]["rate"] for row in told["rows"]
+        }
+    assert (tmp_path / "table.txt").read_text() == f"{table(result())}\n\n{result().command}\n"
+
+
+def test_part_of_a_way_is_kept_as_part_of_it(result: Make, tmp_path: Path):
+    save(result(standing=None, rows=result().rows[:2]), tmp_path / "some")
+    save(result(standing=None, rows=[]), tmp_path / "none")
+    assert json.loads((tmp_path / "some/results.json").read_text())["complete"] is False
+    assert len(json.loads((tmp_path / "some/results.json").read_text())["rows"]) == 2
+    assert not (tmp_path / "none/scores.png").exists()

@@ -1,0 +1,139 @@
+"""Who a SPEC names, and what is said of one that names nobody."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from esp_trainer import Team, load_team
+from esp_trainer.benchmark.match import PolicyError
+from esp_trainer.benchmark.specs import load_candidate
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams.zoo import known_teams
+from esp_trainer.types import ScriptedTeams
+
+ENV = TASKS["3v2"]
+PREDATORS = next(name for name, t in known_teams().items() if (t.task, t.role) == ("3v2", "predators"))
+VIEWS = {f"predator_{i}": np.full(4, i, np.float32) for i in range(3)}
+MODULE = """
+def east(observations):
+    return dict.fromkeys(observations, 0)
+
+class Idle:
+    def reset(self, seed=None): pass
+    def act(self, observations): return dict.fromkeys(observations, 4)
+
+class Needy:
+    def __init__(self, path): pass
+
+idle = Idle()
+
+def make():
+    return idle
+
+def fails():
+    raise RuntimeError("no\\nluck")
+
+number = 3
+"""
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A directory with modules of one's own."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", sys.path[:])
+    (tmp_path / "my_policies.py").write_text(MODULE)
+    (tmp_path / "broken_policies.py").write_text("raise ValueError('it is\\nbroken')")
+    yield tmp_path
+    for name in ("my_policies", "broken_policies"):
+        sys.modules.pop(name, None)
+
+
+def test_a_script():
+    candidate = load_candidate("greedy_chase", "predators", ENV)
+    assert candidate.player == ScriptedTeams("greedy_chase")
+    assert (candidate.spec, candidate.digest, candidate.caution) == ("greedy_chase", "greedy_chase", "")
+
+
+def test_a_team_of_the_zoo():
+    candidate = load_candidate(PREDATORS, "predators", ENV)
+    assert isinstance(candidate.player, Team)
+    assert candidate.player.genomes.tolist() == load_team(PREDATORS).genomes.tolist()
+    assert candidate.digest == known_teams()[PREDATORS].digest
+    assert candidate.caution == ""
+
+
+def test_a_teams_file(place: Path):
+    load_team(PREDATORS).save(place / "mine.safetensors")
+    candidate = load_candidate("mine.safetensors", "predators", ENV)
+    assert isinstance(candidate.player, Team)
+    assert candidate.digest == hashlib.sha256((place / "mine.safetensors").read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize(("name", "action"), [("east", 0), ("Idle", 4), ("idle", 4), ("make", 4)])
+def test_a_function_an_object_and_what_makes_one(name: str, action: int, place: Path):
+    candidate = load_candidate(f"my_policies:{name}", "predators", ENV)
+    player: Any = candidate.player
+    assert player.act(VIEWS) == dict.fromkeys(VIEWS, action)
+    assert candidate.caution == "my_policies was imported"
+    assert candidate.digest == hashlib.sha256((place / "my_policies.py").read_bytes()).hexdigest()
+
+
+NOT_FOUND = "cannot be imported: ModuleNotFoundError:"
+NOBODY = {
+    "greedy_chas": "unknown policy greedy_chas; did you mean greedy_chase or parity_chase?",
+    "0": "unknown policy 0; nothing is named like it",
+    "flee_nearest": "expected predators, got flee_nearest, a script of prey",
+    "lost.safetensors": "lost.safetensors is not there",
+    "sb3:PPO": "expected sb3:CLASS:FILE, such as sb3:PPO:model.zip, got 'sb3:PPO'",
+    "sb3:PPO:lost.zip": "lost.zip is not there",
+    "sb3:no_sb3.PPO:my_policies.py": f"no_sb3 {NOT_FOUND} No module named 'no_sb3'",
+    "torch:nets:make": (
+        "expected torch:MODULE:FUNCTION:FILE, such as torch:my_module:make_network:weights.pt, got 'torch:nets:make'"
+    ),
+    "torch:nets:make:lost.pt": "lost.pt is not there",
+    "no_policies:make": f"no_policies {NOT_FOUND} No module named 'no_policies'",
+    "broken_policies:make": "broken_policies cannot be imported: ValueError: it is",
+    "my_policies:nobody": "my_policies has no nobody",
+    "my_policies:fails": "my_policies:fails() raised RuntimeError: no",
+    "my_policies:Needy": (
+        "my_policies:Needy() raised TypeError: Needy.__init__() missing 1 required positional argument: 'path'"
+    ),
+    "my_policies:number": (
+        "my_policies:number must be a policy with reset(seed) and act(observations), or a function of the "
+        "observations, got 3"
+    ),
+}
+
+
+@pytest.mark.parametrize("spec", NOBODY)
+def test_a_spec_that_names_nobody_is_told_in_one_line(spec: str):
+    with pytest.raises((PolicyError, FileNotFoundError)) as refused:
+        load_candidate(spec, "predators", ENV)
+    assert str(refused.value) == NOBODY[spec]
+
+
+def test_only_what_has_chances_can_be_drawn():
+    for spec in ("greedy_chase", PREDATORS, "my_policies:east"):
+        with pytest.raises(PolicyError, match=f"^only policies of sb3: and torch: can be drawn, got {spec}: "):
+            load_candidate(spec, "predators", ENV, drawn=True)
+
+
+@pytest.mark.parametrize(("role", "task"), [("prey", "3v2"), ("predators", "3v1")])
+def test_a_team_that_does_not_fit_is_refused(role: Any, task: str):
+    with pytest.raises(ValueError, match=r"^expected prey, got a team of predators$|evolved against 2$"):
+        load_candidate(PREDATORS, role, TASKS[task])
+
+
+@pytest.mark.parametrize("content", [b"", b"import os", b"\x80\x04.", b"\x08\x00\x00\x00\x00\x00\x00\x00{}      "])
+def test_a_foreign_file_is_refused_and_not_run(content: bytes, place: Path):
+    (place / "foreign.safetensors").write_bytes(content)
+    with pytest.raises(ValueError, match=r"^foreign\.safetensors (is damaged: .+|was not written by esp_trainer)$"):
+        load_candidate("foreign.safetensors", "predators", ENV)

@@ -1,0 +1,189 @@
+"""The commands ``teams`` and ``benchmark``, and zoo teams in the commands that take a team."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from esp_trainer.teams.zoo import known_teams, load_zoo
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PREDATORS, PREY = (
+    next(name for name, t in known_teams().items() if (t.task, t.role) == ("3v1", role))
+    for role in ("predators", "prey")
+)
+MODULE = """
+import numpy as np
+
+class East:
+    meetings = 0
+
+    def reset(self, seed=None): East.meetings += 1
+
+    def act(self, observations): return dict.fromkeys(observations, 0)
+
+    def act_batch(self, observations):
+        if East.meetings > 2 and type(self).error is not None:
+            raise type(self).error
+        return np.zeros(observations.shape[:2], int)
+
+    error = None
+
+class Fails(East):
+    error = RuntimeError("out of luck")
+
+class Interrupted(East):
+    error = KeyboardInterrupt()
+"""
+QUICK = ("--role", "prey", "--task", "3v1", "--episodes", "16")
+
+
+@pytest.fixture(autouse=True)
+def _policies(_somewhere_else: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A module of policies in the current directory."""
+    monkeypatch.setattr(sys, "path", sys.path[:])
+    Path("quick_policies.py").write_text(MODULE)
+    yield
+    sys.modules.pop("quick_policies", None)
+
+
+def test_teams_are_listed_best_first(esp_trainer: Callable[..., Any]) -> None:
+    lines = esp_trainer("teams", "--task", "3v1").out.splitlines()
+    listed = [line.split()[0] for line in lines if "/seed-" in line]
+    teams = [team for team in known_teams().values() if team.task == "3v1"]
+    assert sorted(listed) == sorted(team.name for team in teams)
+    for role in ("predators", "prey"):
+        ratings = [known_teams()[name].rating.rate for name in listed if f"/{role}/" in name]
+        assert ratings == sorted(ratings, reverse=True)
+    assert "held-out teams are for reporting only" in lines[-1]
+
+
+def test_without_a_task_all_teams_are_listed(esp_trainer: Callable[..., Any]) -> None:
+    assert esp_trainer("teams").out.count("/seed-") == len(known_teams())
+
+
+@pytest.mark.parametrize("spec", ["flee_nearest", PREY, "quick_policies:East"])
+def test_a_benchmark_is_printed_and_kept_the_same_each_time(
+    spec: str, esp_trainer: Callable[..., Any], contents: Callable[[Path], Any]
+) -> None:
+    first = esp_trainer("benchmark", "--policy", spec, *QUICK, "--out", "1st", "--name", "mine")
+    second = esp_trainer("benchmark", "--policy", spec, *QUICK, "--out", "2nd", "--name", "mine")
+    assert first.code == second.code == 0, first.err
+    assert first.out.replace("1st", "2nd") == second.out
+    assert list(contents(Path("1st")).values()) == list(contents(Path("2nd")).values())
+    told = json.loads(Path("1st/results.json").read_text())
+    assert told["complete"]
+    assert sorted(row["opponent"] for row in told["rows"]) == sorted(load_zoo("3v1").predators)
+    assert first.out.startswith("mine: prey of 3v1, 16 episodes each from held-out starts (seed 0)\n")
+    assert all(row["opponent"] in first.out for row in told["rows"])
+    assert ("caution: quick_policies was imported" in first.err) == (spec == "quick_policies:East")
+
+
+def test_an_own_policy_does_as_the_script_that_it_repeats(esp_trainer: Callable[..., Any]) -> None:
+    Path("repeats.py").write_text(
+        "from predprey_env.policies import ScriptedTeam\n"
+        "class Flees:\n"
+        "    def __init__(self): self.script = ScriptedTeam('flee_nearest')\n"
+        "    def reset(self, seed=None): self.script.reset(seed)\n"
+        "    def act(self, observations): return self.script.act(observations)\n"
+    )
+    esp_trainer("benchmark", "--policy", "repeats:Flees", *QUICK, "--out", "own")
+    esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--out", "script")
+    rows = [json.loads(Path(f"{place}/results.json").read_text())["rows"] for place in ("own", "script")]
+    alike = [a for a, b in zip(*rows, strict=True) if a == b]
+    others = {a["opponent"] for a, b in zip(*rows, strict=True) if a != b}
+    assert len(alike) > 30
+    assert all(name == "random" or "drawn" in name for name in others), "only what is random may differ"
+
+
+def test_results_go_to_a_place_of_their_own(esp_trainer: Callable[..., Any]) -> None:
+    assert esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--name", "a b/../c").code == 0
+    assert [path.name for path in Path("benchmarks").iterdir()] == ["a-b-..-c-prey-3v1"]
+
+
+def test_a_result_goes_on_a_leaderboard(esp_trainer: Callable[..., Any]) -> None:
+    for script in ("flee_nearest", "run_straight"):
+        outcome = esp_trainer("benchmark", "--policy", script, *QUICK, "--leaderboard", "board.md")
+        assert outcome.out.endswith("on the leaderboard: board.md\n")
+    board = Path("board.md").read_text()
+    assert board.count("## 3v1, prey") == 1
+    assert board.index("| flee_nearest |") < board.index("| run_straight |")
+
+
+def test_a_file_that_is_no_leaderboard_is_refused_before_anything_is_played(esp_trainer: Callable[..., Any]) -> None:
+    outcome = esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--leaderboard", "quick_policies.py")
+    assert outcome.refusal.startswith("esp-trainer: quick_policies.py is not a leaderboard")
+    assert not Path("benchmarks").exists()
+    assert Path("quick_policies.py").read_text() == MODULE
+
+
+@pytest.mark.parametrize(
+    ("policy", "code", "line"),
+    [
+        ("Fails", 1, "esp-trainer: the policy's act_batch() raised RuntimeError: out of luck"),
+        ("Interrupted", 130, "esp-trainer: interrupted"),
+    ],
+)
+def test_a_way_that_ends_early_is_kept_as_far_as_it_went(
+    policy: str, code: int, line: str, esp_trainer: Callable[..., Any]
+) -> None:
+    outcome = esp_trainer("benchmark", "--policy", f"quick_policies:{policy}", *QUICK, "--out", "kept")
+    assert outcome.code == code
+    assert outcome.out == ""
+    total = len(load_zoo("3v1").predators)
+    assert outcome.err.splitlines()[1:] == [f"2 of {total} opponents were met; the table so far is in kept", line]
+    told = json.loads(Path("kept/results.json").read_text())
+    assert (told["complete"], len(told["rows"])) == (False, 2)
+    assert "it did not come through" in Path("kept/table.txt").read_text()
+
+
+BAD = {
+    "unknown policy nobody; nothing is named like it": ("--policy", "nobody", *QUICK),
+    "expected prey, got intercept, a script of predators": ("--policy", "intercept", *QUICK),
+    "expected prey, got a team of predators": ("--policy", PREDATORS, *QUICK),
+    "argument --task: invalid choice: '1v1' (choose from '3v2', '3v1')": (
+        "--policy",
+        "x",
+        "--role",
+        "prey",
+        "--task",
+        "1v1",
+    ),
+    "argument --role: invalid choice: 'wolves' (choose from 'predators', 'prey')": (
+        "--policy",
+        "x",
+        "--role",
+        "wolves",
+    ),
+    "argument --episodes: must be a whole number of at least 1, got '0'": ("--policy", "x", *QUICK[:-1], "0"),
+    "the following arguments are required: --policy, --role, --task": (),
+}
+
+
+@pytest.mark.parametrize("line", BAD)
+def test_a_mistake_is_told_in_one_line(line: str, esp_trainer: Callable[..., Any]) -> None:
+    refusal = esp_trainer("benchmark", *BAD[line]).refusal.replace("'prey'", "'prey'")
+    assert refusal.removeprefix("esp-trainer benchmark: ").removeprefix("esp-trainer: ") == line
+    assert not Path("benchmarks").exists()
+
+
+def test_teams_of_the_zoo_are_shown_evaluated_and_replayed(esp_trainer: Callable[..., Any]) -> None:
+    known = known_teams()[PREDATORS]
+    shown = esp_trainer("show", PREDATORS).out
+    assert shown.startswith(f"{PREDATORS}: 3 predators\n")
+    assert f"{known.score} of the prey caught" in shown
+    assert f"seed {known.seed}, generation {known.generation}" in shown
+    evaluated = esp_trainer("evaluate", PREDATORS, "--against", PREY, "--episodes", 16)
+    assert evaluated.out.startswith("16 episodes from held-out starts")
+    assert esp_trainer("replay", PREY, "--against", "greedy_chase").out.count("step") > 5
+
+
+def test_a_misspelt_team_of_the_zoo_gets_the_nearest(esp_trainer: Callable[..., Any]) -> None:
+    assert esp_trainer("show", f"{PREY}r").refusal == f"esp-trainer: {PREY}r is not there; did you mean {PREY}?"
