@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import plots
+from esp_trainer.analysis.inference import compare, holm
 from learners.contestants import TASK
 from learners.matrix import Matrix
 from predprey_env.policies import SCRIPTS
@@ -31,6 +32,27 @@ against everyone who learns and is not of the same name.
 | name | predators: held-out prey | scripted prey | all who learn | prey: held-out predators | scripted predators | all who learn |
 | --- | --- | --- | --- | --- | --- | --- |
 """
+EQUAL = (
+    ("ppo, early", "paper"),
+    ("ppo, early", "modern"),
+    ("ppo, early", "drawn"),
+    ("ppo", "paper, longer"),
+    ("ppo", "modern, longer"),
+    ("ppo, self-play", "paper, longer"),
+    ("ppo, self-play", "modern, longer"),
+)
+"""Kinds whose runs cost about the same."""
+APART = ("ppo", "ppo, early", "ppo, terminal")
+"""Those that are two runs, one for each side."""
+_EQUAL = """## At equal compute
+
+PPO less evolution in the scores of the table above, where a team of each side cost about as much: Hodges & Lehmann's difference between
+seeds with the interval of the rank test; an asterisk where Mann & Whitney's test, corrected for the whole table (Holm), finds it. *Head to
+head*: the share of the other's prey that PPO's predators catch, less the share of PPO's prey that the other's catch.
+
+| compared | CPU seconds | predators: held-out prey | prey: held-out predators | predators: scripted prey | prey: scripted predators | head to head |
+| --- | --- | --- | --- | --- | --- | --- |
+"""
 _SCRIPTS = (*SCRIPTS["predators"], *SCRIPTS["prey"])
 
 
@@ -44,7 +66,14 @@ def write(matrix: Matrix, out: Path) -> Path:
     page = out / "benchmark.md"
     page.write_text(
         "\n\n".join(
-            [_head(matrix), _who(matrix), _strength(matrix), _matrix(cells, list(rows), list(columns)), _METHOD]
+            [
+                _head(matrix),
+                _who(matrix),
+                _strength(matrix),
+                _equal(matrix),
+                _matrix(cells, list(rows), list(columns)),
+                _METHOD,
+            ]
         )
         + "\n"
     )
@@ -108,6 +137,51 @@ def _strength(matrix: Matrix) -> str:
                 cells.append(_put(interval(table)))
         lines.append(f"| `{name}` | {' | '.join(cells)} |")
     return _STRENGTH + "\n".join(lines)
+
+
+def _equal(matrix: Matrix) -> str:
+    """PPO less evolution, where both had about the same compute."""
+    present = [pair for pair in EQUAL if all((matrix.predators == name).any() for name in pair)]
+    tests = [compare(a, b) for pair in present for a, b in zip(*(_scores(matrix, name) for name in pair), strict=True)]
+    corrected = iter(zip(tests, holm([test.p for test in tests]) if tests else [], strict=True))
+    rows = []
+    for one, other in present:
+        differences = [
+            f"{test.difference:+.2f} [{test.low:+.2f}, {test.high:+.2f}]{'*' if p < 0.05 else ''}"
+            for test, p in (next(corrected) for _ in range(4))
+        ]
+        cost = f"{_cost(matrix, one):.0f} and {_cost(matrix, other):.0f}"
+        head = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*_head_to_head(matrix, one, other))
+        rows.append(f"| `{one}` less `{other}` | {cost} | {' | '.join(differences)} | {head} |")
+    return _EQUAL + "\n".join(rows)
+
+
+def _scores(matrix: Matrix, name: str) -> list[np.ndarray]:
+    """What each seed's predators and prey score against held-out teams, and then against scripts."""
+    hunts, flees = matrix.predators == name, matrix.prey == name
+    scripted = np.isin(matrix.prey, _SCRIPTS), np.isin(matrix.predators, _SCRIPTS)
+    return [
+        matrix.predators_held_out[hunts].mean(axis=1),
+        1 - matrix.prey_held_out[:, flees].mean(axis=0),
+        matrix.caught[hunts][:, scripted[0]].mean(axis=1),
+        1 - matrix.caught[scripted[1]][:, flees].mean(axis=0),
+    ]
+
+
+def _cost(matrix: Matrix, name: str) -> float:
+    """CPU seconds for a team of each side."""
+    sides = [
+        spent[names == name, 0].mean()
+        for names, spent in ((matrix.predators, matrix.predators_spent), (matrix.prey, matrix.prey_spent))
+    ]
+    return float(sum(sides) if name in APART else sides[0])
+
+
+def _head_to_head(matrix: Matrix, one: str, other: str) -> tuple[float, float, float]:
+    """Prey that one's predators catch of the other's, less prey that the other's catch of one's; over runs of both."""
+    ours = matrix.caught[np.ix_(matrix.predators == one, matrix.prey == other)]
+    theirs = matrix.caught[np.ix_(matrix.predators == other, matrix.prey == one)]
+    return interval(ours - theirs.T)
 
 
 def _matrix(cells: dict[tuple[str, str], tuple[float, float, float]], rows: list[str], columns: list[str]) -> str:
