@@ -84,6 +84,18 @@ class Chosen:
         prefix = HELD_OUT_PREFIX if self.run.held_out else ""
         return f"{prefix}{self.run.history.config.preset}/{self.role}/seed-{self.run.seed}-{self.stage}"
 
+    def as_dict(self) -> dict[str, Any]:
+        """What the index says of it, before it is measured."""
+        return {
+            "name": self.name,
+            "task": self.run.task,
+            "role": self.role,
+            "preset": self.run.history.config.preset,
+            "seed": self.run.seed,
+            "stage": self.stage,
+            "generation": self.generation,
+        }
+
 
 def main() -> None:
     """Make all of it."""
@@ -156,51 +168,42 @@ def _scores(role: Role, mine: Teams, theirs: Teams, evaluator: FusedEvaluator, s
 
 def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[dict[str, Any]]:
     """Let everybody meet everybody from fresh starts; writes teams and matrix, and returns entries for the index."""
-    env = TASKS[task]
-    sides: dict[Role, list[tuple[str, Teams]]] = {
-        role: [
-            (each.name, each.run.history.entrants(role, np.array([each.generation])))
-            for each in chosen
-            if each.role == role
-        ]
-        + [(script, ScriptedTeams(script)) for script in SCRIPTS[role]]
-        for role in ROLES
-    }
-    evaluator = FusedEvaluator(env)
-    captured = np.array(
-        [
-            [cross_play(p, q, evaluator, n_episodes=n_episodes, seed=2).captured.sum() for _, q in sides["prey"]]
-            for _, p in tqdm(sides["predators"], desc=f"{task}, who catches whom", unit="team")
-        ]
-    )
-    header = {role: [name for name, _ in side] for role, side in sides.items()}
-    write_arrays(
-        _made(place / f"cross-play-{task}.safetensors"),
-        "zoo cross-play",
-        {**header, "n_episodes": n_episodes, "n_prey": env.n_prey},
-        {"captured": captured},
-    )
-    caught = captured / (n_episodes * env.n_prey)
+    names, captured = meet_all(task, chosen, n_episodes)
+    header = {**names, "n_episodes": n_episodes, "n_prey": TASKS[task].n_prey}
+    path = _made(place / f"cross-play-{task}.safetensors")
+    write_arrays(path, "zoo cross-play", header, {"captured": captured})
+    caught = captured / (n_episodes * TASKS[task].n_prey)
     ratings = dict(zip(ROLES, rate(caught, n_episodes, stream(0, "zoo ratings")), strict=True))
     entries = []
     for each in chosen:
-        row = header[each.role].index(each.name)
+        row, other = names[each.role].index(each.name), other_team(each.role)
         known = caught[row] if each.role == "predators" else 1 - caught[:, row]
-        opposing = known[[name not in SCRIPTS[other_team(each.role)] for name in header[other_team(each.role)]]]
-        score, rated = over_seeds(opposing), ratings[each.role]
-        entry: dict[str, Any] = {
-            "name": each.name,
-            "task": task,
-            "role": each.role,
-            "preset": each.run.history.config.preset,
-            "seed": each.run.seed,
-            "stage": each.stage,
-            "generation": each.generation,
+        score = over_seeds(known[[name not in SCRIPTS[other] for name in names[other]]])
+        rated = ratings[each.role]
+        entry = {
+            **each.as_dict(),
             "score": [score.mean, score.low, score.high],
             "rating": [float(values[row]) for values in (rated.rating, rated.low, rated.high)],
         }
         entries.append({**entry, "digest": _save(each, entry, place)})
     return entries
+
+
+def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Role, list[str]], np.ndarray]:
+    """The names on both sides, scripts last, and how many prey each of the predators catches of each of the prey."""
+    evaluator = FusedEvaluator(TASKS[task])
+    sides: dict[Role, dict[str, Teams]] = {}
+    for role in ROLES:
+        teams = [each for each in chosen if each.role == role]
+        sides[role] = {t.name: t.run.history.entrants(role, np.array([t.generation])) for t in teams}
+        sides[role] |= {script: ScriptedTeams(script) for script in SCRIPTS[role]}
+
+    def captures(predators: Teams, prey: Teams) -> int:
+        return int(cross_play(predators, prey, evaluator, n_episodes=n_episodes, seed=2).captured.sum())
+
+    hunters = tqdm(sides["predators"].values(), desc=f"{task}, who catches whom", unit="team")
+    captured = np.array([[captures(predators, prey) for prey in sides["prey"].values()] for predators in hunters])
+    return {role: list(side) for role, side in sides.items()}, captured
 
 
 def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
