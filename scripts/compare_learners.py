@@ -3,7 +3,7 @@
 Trains PPO (``train_ppo.py``) for each side against the zoo, with dense and with terminal rewards, and against itself;
 evolves the presets ``paper`` and ``modern`` as long as usual and longer, and fresh teams against frozen PPO; then lets
 all predators meet all prey. Everything with several seeds. It can be stopped and started again: what is finished is not
-done again. Needs PyTorch; an hour on two cores.
+done again. The teams of the first seed of each kind are kept beside the page. Needs PyTorch; an hour on two cores.
 
     python scripts/compare_learners.py
     python scripts/compare_learners.py --report  # only the page again, from the matrix that is kept
@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 from learners import report
 from learners.contestants import CONTESTANTS, small
 from learners.matrix import Matrix, play
-from learners.train import train
+from learners.train import publish, train
 
 
 def main() -> None:
@@ -40,6 +40,7 @@ def main() -> None:
     if not options.report:
         contestants = [small(each) for each in CONTESTANTS] if options.quick else CONTESTANTS
         train(contestants, runs, options.workers)
+        publish(contestants, runs, out / "benchmark" / "teams")
         play(contestants, runs, n_episodes=16 if options.quick else 512).save(kept)
     elif not kept.exists():
         parser.error(f"there is nothing to report on: {kept} is not there")

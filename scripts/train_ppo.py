@@ -20,9 +20,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import torch
-from torch import nn
-from torch.utils.tensorboard import SummaryWriter
+
+try:
+    import torch
+    from torch import nn
+    from torch.utils.tensorboard import SummaryWriter
+except ImportError as error:
+    raise SystemExit(f"train_ppo.py needs PyTorch and TensorBoard (pip install torch tensorboard): {error}") from None
 
 from esp_trainer import Team, load_team
 from esp_trainer.config import SideConfig
@@ -121,6 +125,7 @@ class Worlds:
         self.settings, self.role = settings, role
         self.max_cycles = TASKS[settings.task].max_cycles
         self.shape = TASKS[settings.task].team(role)
+        self._n_begun = 0
         self.envs = [self._env(opponent) for opponent in opponents]
         self.parts = [self._begin(i) for i in range(len(opponents))]
         self.captures: list[float] = []
@@ -131,7 +136,9 @@ class Worlds:
         return vector_env(self.settings.n_worlds, self.role, opponent, "SameStep", **env.model_dump())
 
     def _begin(self, i: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        return self.envs[i].reset(seed=(1 + self.settings.seed) * 1_000_003 + i * self.settings.n_worlds)
+        seed = (1 + self.settings.seed) * 1_000_003 + self._n_begun * self.settings.n_worlds
+        self._n_begun += 1
+        return self.envs[i].reset(seed=seed)
 
     def replace(self, i: int, opponent: str | Team) -> None:
         """Let one of the environments start again with another opponent."""
@@ -342,7 +349,13 @@ def main() -> None:
             t.name for t in known_teams().values() if (t.role, t.task) == (role, task) and not t.held_out
         ]
     settings = Settings(**{**options, "opponents": tuple(options["opponents"])})
-    train(settings, out or Path(f"runs/ppo-{settings.task}-{settings.role}-{settings.reward}-seed{settings.seed}"))
+    place = out or Path(f"runs/ppo-{settings.task}-{settings.role}-{settings.reward}-seed{settings.seed}")
+    if (place / "curve.csv").exists():
+        parser.error(f"{place} already holds a run; choose another --out")
+    try:
+        train(settings, place)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -52,6 +53,15 @@ def train(contestants: Iterable[Contestant], place: Path, workers: int) -> None:
                 done.result()
 
 
+def publish(contestants: Iterable[Contestant], place: Path, out: Path) -> None:
+    """Copy the teams of everybody's first seed to where others find them."""
+    out.mkdir(parents=True, exist_ok=True)
+    for each in contestants:
+        for role in each.roles if each.method != "script" else ():
+            name = each.name.replace(", ", "-")
+            shutil.copy(team_file(place, each, role, each.seeds[0]), out / f"{name}-{role}.safetensors")
+
+
 def _jobs(contestant: Contestant, place: Path) -> dict[str, Callable[[], None]]:
     """What is still to run for a contestant, by name, as contestants may share runs."""
     jobs: dict[str, Callable[[], None]] = {}
@@ -77,7 +87,12 @@ def _ppo(contestant: Contestant, place: Path, role: str, seed: int) -> Callable[
         "--out": out,
     }
     words = [str(word) for option in options.items() for word in option]
-    return lambda: _run([str(_PPO), role, *words])
+
+    def job() -> None:
+        shutil.rmtree(out, ignore_errors=True)  # what is there was not finished
+        _run([str(_PPO), role, *words])
+
+    return job
 
 
 def _command(contestant: Contestant, place: Path, seed: int) -> Callable[[], None]:
