@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from learners import report
 from learners.contestants import CONTESTANTS, small
+from learners.curves import Curves, draw, gather
 from learners.matrix import Matrix, play
 from learners.train import publish, train
 
@@ -42,10 +43,11 @@ def main() -> None:
         train(contestants, runs, options.workers)
         publish(contestants, runs, out / "benchmark" / "teams")
         play(contestants, runs, n_episodes=16 if options.quick else 512).save(kept)
+        gather(contestants, runs).save(kept.with_name("curves.npz"))
     elif not kept.exists():
         parser.error(f"there is nothing to report on: {kept} is not there")
-    page = report.write(Matrix.load(kept), out)
-    print(page)
+    draw(Curves.load(kept.with_name("curves.npz")), kept.with_name("curves.png"))
+    print(report.write(Matrix.load(kept), out))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import pytest
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 
-from learners import report, train  # noqa: E402
+from learners import curves, report, train  # noqa: E402
 from learners.contestants import CONTESTANTS, Contestant, small  # noqa: E402
 from learners.matrix import Matrix, _spent  # noqa: E402
 
@@ -186,3 +186,23 @@ def test_what_evolution_spent_is_read_from_beside_its_team(tmp_path: Path) -> No
     file.write_text(json.dumps({"cpu_seconds": 12.5, "steps": 7}))
     assert _spent(each, tmp_path, "prey", 1) == (12.5, 7)
     assert re.search(r"paper/seed-1/prey\.json$", str(file))
+
+
+def test_curves_are_read_side_by_side_and_drawn_with_their_data(tmp_path: Path) -> None:
+    each = Contestant("ppo, self-play", "", "ppo", seeds=(1, 2), trained="together")
+    for seed in each.seeds:
+        file = train.curve_file(tmp_path, each, "prey", seed)
+        file.parent.mkdir(parents=True)
+        lines = [
+            f"{role},{i * 100},{i},{level}" for i in range(1, 21) for role, level in (("predators", 0.4), ("prey", 0.2))
+        ]
+        file.write_text("\n".join(["role,steps,cpu_seconds,caught", *lines]))
+    found = curves.gather([each], tmp_path)
+    assert found.roles.tolist() == ["predators", "predators", "prey", "prey"]
+    np.testing.assert_allclose(found.caught[:2], 0.4)
+    np.testing.assert_allclose(found.caught[2:], 0.2)
+    assert found.steps[0, [0, -1]].tolist() == [100, 2000]
+    found.save(tmp_path / "curves.npz")
+    curves.draw(curves.Curves.load(tmp_path / "curves.npz"), tmp_path / "curves.png")
+    header = (tmp_path / "curves.csv").read_text().splitlines()[0]
+    assert "ppo, self-play, prey: million steps" in header

@@ -11,6 +11,7 @@ from predprey_env.floats import as_float
 from predprey_env.lanes import where
 
 _LOW_BITS = (1 << 31) - 1
+_LAST = (1 << 31) - 128
 _UNIT = np.float32(2.0**-31)
 
 
@@ -41,5 +42,5 @@ def pick(state: Any, n: int) -> Any:
 
 @rule
 def share(state: Any) -> Any:
-    """A 32-bit float in [0, 1] from a state."""
-    return as_float(state) * _UNIT
+    """A 32-bit float in [0, 1) from a state; those that would round up to 1 count as the last one that does not."""
+    return as_float(where(state > _LAST, _LAST, state)) * _UNIT

@@ -23,7 +23,11 @@ _COST = """
 
 PPO apart is two runs, one for each side; a run of evolution, and of self-play, makes both sides. PPO's policies share one network
 between the agents of a team, of the kind that evolution has, but wider (64 hidden neurons and a bias for each agent), and draw their
-actions; evolved teams take the action with the most votes."""
+actions; evolved teams take the action with the most votes.
+
+![Prey caught while PPO learns](benchmark/curves.png)
+
+Share of prey caught in training, against the opponents that it trains with: the zoo, or the other side as it is and was."""
 _STRENGTH = """## How strong each is
 
 Prey caught by predators, and not caught for prey: against the zoo's held-out teams, which nobody trained against; against scripts; and

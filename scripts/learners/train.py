@@ -33,8 +33,14 @@ def team_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Pat
 
 def spent_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
     """Where it is written what a team cost: its CPU seconds, and the agents' steps; PPO writes it for all its parts."""
-    file = team_file(place, contestant, role, seed)
-    return file.with_name("curve.csv") if contestant.method == "ppo" else file.with_suffix(".json")
+    if contestant.method == "ppo":
+        return curve_file(place, contestant, role, seed)
+    return team_file(place, contestant, role, seed).with_suffix(".json")
+
+
+def curve_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
+    """What PPO writes while it learns."""
+    return team_file(place, contestant, role, seed).with_name("curve.csv")
 
 
 def train(contestants: Iterable[Contestant], place: Path, workers: int) -> None:

@@ -415,6 +415,8 @@ def test_a_numpy_file_of_objects_is_refused_and_never_opened(tmp_path: Path) -> 
 
 
 def test_no_module_of_ours_knows_how_to_unpickle() -> None:
+    """PyTorch does; it is imported to play, and loads weights only (tests/ecosystem springs a trap)."""
+    plays_torch = Path(esp_trainer.__file__).parent / "benchmark" / "batched.py"
     unpicklers = {"pickle", "_pickle", "cloudpickle", "dill", "joblib", "marshal", "shelve", "torch"}
     sources = [file for package in (esp_trainer, predprey_env) for file in Path(package.__file__).parent.rglob("*.py")]
     assert len(sources) > 30
@@ -427,7 +429,7 @@ def test_no_module_of_ours_knows_how_to_unpickle() -> None:
                 named = {node.module.partition(".")[0]}
             elif isinstance(node, ast.keyword):
                 assert node.arg != "allow_pickle", source
-            assert not named & unpicklers, source
+            assert not named & (unpicklers - {"torch"} if source == plays_torch else unpicklers), source
 
 
 def test_the_header_is_one_entry_of_json_that_others_can_read(small: Path) -> None:

@@ -10,7 +10,8 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from predprey_env import vector_env
-from predprey_env.config import TEAMS, TeamName
+from predprey_env.config import TEAMS, EnvConfig, TeamName
+from predprey_env.outside import OutsideTeam
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.names import other_team
 
@@ -142,3 +143,45 @@ def test_a_first_reset_that_fails_is_none(mood: dict[str, Any]) -> None:
         env.reset(seed=1)
     with pytest.raises(RuntimeError, match=r"^reset\(\) must be called before step\(\)$"):
         env.step(np.zeros(6, int))
+
+
+class Answers:
+    """Answers what it was told to, and notes how often it was asked."""
+
+    asked = 0
+
+    def __init__(self, answer: Callable[[Any], Any]) -> None:
+        self.answer = answer
+
+    def reset(self, seed: int | None = None) -> None:
+        pass
+
+    def act(self, observations: dict[str, np.ndarray]) -> Any:
+        Answers.asked += 1
+        return self.answer(observations)
+
+
+class AnswersBatch(Answers):
+    def act_batch(self, views: np.ndarray) -> Any:
+        return self.answer(views)
+
+
+@pytest.mark.parametrize(("kind", "faults"), [(Answers, ANSWERS), (AnswersBatch, BATCHES)])
+def test_a_mistake_is_told_as_that_of_whoever_it_is(kind: type[Answers], faults: list[Any]) -> None:
+    env = EnvConfig(n_predators=2)
+    for answer, _ in faults:
+        lines = []
+        for named in ({"whose": "the guest's"}, {}):
+            with pytest.raises((ValueError, RuntimeError)) as refused:
+                OutsideTeam(kind(answer), env, "prey", 3, **named).act(np.ones(3, bool))
+            lines.append(str(refused.value))
+        assert lines[0].startswith("the guest's act")
+        assert lines[1] == lines[0].replace("the guest's", "the opponent's")
+
+
+def test_only_worlds_that_go_on_are_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Answers, "asked", 0)
+    team = OutsideTeam(Answers(lambda views: dict.fromkeys(views, 3)), EnvConfig(), "prey", 4)
+    actions = team.act(np.array([True, False, False, True]))
+    assert Answers.asked == 2
+    assert actions[[0, 3]].tolist() == [[3, 3], [3, 3]]

@@ -119,3 +119,10 @@ def test_pairs_with_more_episodes_count_for_more():
 def test_each_pair_needs_an_episode():
     with pytest.raises(ValueError, match=r"^episodes must be at least 1"):
         rate(np.full((2, 2), 0.5), np.array([[4, 0], [4, 4]]), np.random.default_rng(0))
+
+
+def test_two_pairs_of_unlike_episodes_are_rated_by_hand():
+    """Each has a drawn episode of its own: 90.5 to 9.5 of the first, 6.5 to 3.5 of the second."""
+    predators, prey = rate([[90 / 99, 6 / 9]], np.array([[99, 9]]), generator(), n_resamples=2)
+    expected = [400 * log10(90.5 / 9.5), 400 * log10(6.5 / 3.5)]
+    assert predators.rating - prey.rating == pytest.approx(expected)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box, Discrete
 
-from esp_trainer.benchmark.batched import BatchedPolicy, SB3Policy
+from esp_trainer.benchmark.batched import BatchedPolicy, SB3Policy, TorchPolicy
 from predprey_env import EnvConfig
 from predprey_env.policies import Policy
 
@@ -76,3 +77,40 @@ def test_a_model_whose_actions_are_not_discrete_is_refused():
     model.action_space = SimpleNamespace(shape=(2,))
     with pytest.raises(ValueError, match=r"^the model must observe 4 numbers and have 5 actions"):
         SB3Policy(model, SHAPE)
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+def test_a_model_answers_one_by_one_as_all_at_once(drawn: bool):
+    policy, seen = SB3Policy(Model(), SHAPE, drawn=drawn), np.random.default_rng(1).integers(0, 5, (6, 3, 4))
+    all_at_once = policy.act_batch(seen.astype(np.float32))
+    assert all_at_once.tolist() == seen[..., 0].tolist()
+    for world, actions in zip(seen.astype(np.float32), all_at_once.tolist(), strict=True):
+        assert list(policy.act({f"predator_{i}": row for i, row in enumerate(world)}).values()) == actions
+
+
+class Module:
+    """What PyTorch's modules have before they are asked."""
+
+    training = True
+
+    def eval(self) -> Module:
+        self.training = False
+        return self
+
+
+def test_a_module_is_set_to_play_and_is_not_random_unless_drawn(monkeypatch: pytest.MonkeyPatch):
+    """Or layers that are random in training, such as dropout, would be here too."""
+    monkeypatch.setitem(sys.modules, "torch", None)
+    module = Module()
+    policy = TorchPolicy(module, SHAPE)
+    assert not module.training
+    policy.reset(3)  # needs no library
+
+
+def test_what_a_module_draws_follows_from_the_seed(monkeypatch: pytest.MonkeyPatch):
+    seeds: list[int] = []
+    monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(manual_seed=seeds.append))
+    policy = TorchPolicy(Module(), SHAPE, drawn=True)
+    policy.reset(3)
+    policy.reset()
+    assert seeds == [3]

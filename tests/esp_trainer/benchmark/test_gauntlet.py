@@ -149,3 +149,31 @@ def test_everybody_of_the_zoo_and_every_script_is_met(role: Role):
     assert sorted(Gauntlet(known, TASKS["3v2"], role, 8, 0).opponents) == sorted(
         known.prey if role == "predators" else known.predators
     )
+
+
+def test_prey_play_the_game_turned_round():
+    """Three predators against two prey, where no transposed or mirrored game has the same value.
+
+    Not caught are 0.8 and 0.2 of one prey, 0.2 and 0.8 of the other, so that the first two predators are mixed half and
+    half, for a value of 0.5; the third catches less of both and is left out.
+    """
+    captured = np.array([[20, 80], [80, 20], [40, 10]])
+    known = Zoo("3v1", (), names("predators"), names("prey")[:2], captured, 100, 1, "digest")
+    found = Gauntlet(known, ENV, "prey", 100, 0).standing(rows("prey", [0.3, 0.5, 1.0]))
+    assert found.gain == pytest.approx((0.7 + 0.5) / 2 - 0.5)
+    assert found.exploited == pytest.approx(0.5 - 0.0)
+    assert found.of == 3
+
+
+def test_a_candidate_that_played_less_is_rated_less_surely():
+    shares = [0.6, 0.6, 0.6]
+    few, many = (
+        Gauntlet(zoo(ROCK_PAPER_SCISSORS), ENV, role, n_episodes, 0).standing(rows(role, shares)).rating
+        for role, n_episodes in (("predators", 16), ("predators", 1600))
+    )
+    assert few.high - few.low > 3 * (many.high - many.low)
+
+
+def test_the_part_of_an_opponent_is_in_its_name():
+    assert [part_of(name) for name in names("prey")] == ["scripts", "zoo", "held out"]
+    assert [part_of(name) for name in names("predators")] == ["scripts", "zoo", "held out"]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -84,3 +88,34 @@ def test_a_name_cannot_break_the_table(name: str, board: Path, result: Make):
     assert [line.count(" | ") for line in text.splitlines() if line.startswith("| ")] == [11] * 4
     assert len(rows(board)["3v2, predators"]) == 2
     assert list(rows(board)) == ["3v2, predators"]
+
+
+def test_a_blank_name_does_not_shift_the_scores_by_which_rows_are_sorted(board: Path, result: Make):
+    """The first is better against all, the second against the worst tenth."""
+    standing = result().standing
+    assert standing is not None
+    better = dataclasses.replace(standing, generalist={**standing.generalist, "held out": (0.9, 0.1)})
+    append(board, result(name=" ", spec="my_policies:a", standing=better))
+    append(board, result(0.5, name="b", spec="my_policies:b"))
+    found = [line.split("|")[2].strip() for line in board.read_text().splitlines()[-2:]]
+    assert found == ["0.900", "0.500"]
+
+
+@pytest.mark.parametrize("row", ["| hunters |", "| hunters | best | x |", "| hunters | 0.4"])
+def test_a_leaderboard_with_a_row_that_is_not_ours_is_refused_and_left_as_it_is(row: str, board: Path, result: Make):
+    append(board, result())
+    board.write_text("\n".join([*board.read_text().splitlines()[:-1], row, ""]))
+    before = board.read_bytes()
+    with pytest.raises(ValueError, match=r"board\.md") as refused:
+        append(board, result(0.5, spec="my_policies:b"))
+    assert "\n" not in str(refused.value)
+    assert board.read_bytes() == before
+
+
+def test_names_are_kept_where_the_system_does_not_write_utf_8(board: Path, result: Make):
+    """Such as on Windows: it is our file, and in UTF-8 wherever it is written."""
+    append(board, result(name="Jäger"))
+    code = f"import pathlib; from esp_trainer.benchmark.leaderboard import read; read(pathlib.Path({str(board)!r}))"
+    plain = {**os.environ, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
+    done = subprocess.run([sys.executable, "-c", code], env=plain, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -205,3 +205,90 @@ def test_an_agent_that_is_forgotten_is_told():
 
     with pytest.raises(PolicyError, match=r"^the policy's act\(\) must .*: an action for predator_1 is missing"):
         Arena(SMALL, 8, seed=0).meet(Forgets(raising), "predators", ScriptedTeams("run_straight"))
+
+
+def test_a_policy_that_counts_does_as_one_that_counts_for_all_worlds():
+    """They step together, so that one count serves all worlds that still play."""
+
+    class Turns:
+        def reset(self, seed: int | None = None) -> None:
+            self.steps = 0
+
+        def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+            self.steps += 1
+            return dict.fromkeys(observations, self.steps // 3 % 4)
+
+    class TurnsAtOnce(Turns):
+        def act_batch(self, observations: np.ndarray) -> np.ndarray:
+            self.steps += 1
+            return np.full(observations.shape[:2], self.steps // 3 % 4)
+
+    arena = Arena(SMALL, 24, seed=0)
+    one, other = (arena.meet(policy, "prey", CHASE) for policy in (Turns(), TurnsAtOnce()))
+    assert_same(one, other)
+    assert len(set(one.steps.tolist())) > 3
+
+
+def test_a_world_that_is_over_is_asked_no_more_and_counts_once():
+    asked: list[int] = []
+
+    class Noting(Told):
+        def act(self, observations: dict[str, np.ndarray]) -> dict[str, Any]:
+            asked.append(1)
+            return super().act(observations)
+
+        def __deepcopy__(self, _: Any) -> Noting:
+            return Noting(east)
+
+    meeting = Arena(SMALL.replace(n_prey=1), 24, seed=0).meet(Noting(east), "prey", CHASE)
+    assert meeting.steps.min() < SMALL.max_cycles
+    assert len(asked) == meeting.steps.sum()
+
+
+@pytest.mark.parametrize("answer", [None, 3, [0, 0, 0]])
+def test_an_answer_that_is_no_mapping_is_told(answer: Any):
+    class Answers(Told):
+        def act(self, observations: dict[str, np.ndarray]) -> Any:
+            return answer
+
+    with pytest.raises(PolicyError, match=r"^the policy's act\(\) must return a mapping .*, got .+$"):
+        Arena(SMALL, 8, seed=0).meet(Answers(east), "predators", ScriptedTeams("run_straight"))
+
+
+def test_a_policy_that_cannot_be_copied_is_told_in_one_line():
+    """Each world gets a copy; one that holds a lock, a file or a connection has none."""
+
+    class Holds(Told):
+        def __deepcopy__(self, _: Any) -> Holds:
+            raise TypeError("cannot pickle\na lock")
+
+    with pytest.raises(PolicyError) as refused:
+        Arena(SMALL, 8, seed=0).meet(Holds(east), "predators", ScriptedTeams("run_straight"))
+    assert str(refused.value).startswith("the policy")
+    assert "cannot pickle a lock" in str(refused.value)
+
+
+@pytest.mark.parametrize("kind", [Told, AllAtOnce])
+def test_a_policy_that_ends_the_process_is_told(kind: type[Told]):
+    """Else the benchmark is over without a table, and with the exit code that the policy chose."""
+
+    def leave(_: np.ndarray) -> Any:
+        raise SystemExit(0)
+
+    with pytest.raises(PolicyError, match=r"^the policy's act(_batch)?\(\) raised SystemExit"):
+        Arena(SMALL, 8, seed=0).meet(kind(leave), "predators", ScriptedTeams("run_straight"))
+
+
+def test_each_world_is_reset_once_with_a_seed_of_its_own_that_follows_from_that_of_all():
+    seeds: dict[int, list[int | None]] = {1: [], 2: []}
+
+    class Noting(Told):
+        noted: list[int | None]
+
+        def reset(self, seed: int | None = None) -> None:
+            Noting.noted.append(seed)
+
+    for seed, Noting.noted in seeds.items():
+        Arena(SMALL, 24, seed).meet(Noting(east), "prey", CHASE)
+    assert [len(set(noted)) for noted in seeds.values()] == [len(noted) for noted in seeds.values()] == [24, 24]
+    assert not set(seeds[1]) & set(seeds[2])

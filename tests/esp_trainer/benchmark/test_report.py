@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from esp_trainer.benchmark.report import Result, save, table
+from esp_trainer.cli import _parser
 
 Make = Callable[..., Result]
 
@@ -81,3 +85,18 @@ def test_part_of_a_way_is_kept_as_part_of_it(result: Make, tmp_path: Path):
     assert json.loads((tmp_path / "some/results.json").read_text())["complete"] is False
     assert len(json.loads((tmp_path / "some/results.json").read_text())["rows"]) == 2
     assert not (tmp_path / "none/scores.png").exists()
+
+
+@pytest.mark.parametrize("spec", ["my_policies:hunters", "a dir/it's.safetensors", 'sb3:PPO:"x" $HOME.zip'])
+def test_the_command_is_understood_by_a_shell_and_by_us(spec: str, result: Make):
+    words = shlex.split(result(spec=spec, drawn=True).command)
+    options = _parser().parse_args(words[1:])
+    assert words[0] == "esp-trainer"
+    assert (options.policy, options.role, options.task) == (spec, "predators", "3v2")
+    assert (options.episodes, options.seed, options.drawn) == (64, 5, True)
+
+
+def test_a_name_is_not_drawn_as_a_formula(result: Make, tmp_path: Path):
+    """Which may be a wrong one: the figure comes last, after all the playing."""
+    save(result(name="$a^^$"), tmp_path)
+    assert (tmp_path / "scores.png").is_file()

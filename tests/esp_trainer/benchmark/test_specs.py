@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from esp_trainer import Team, load_team
+from esp_trainer.benchmark.batched import TorchPolicy
 from esp_trainer.benchmark.match import PolicyError
 from esp_trainer.benchmark.specs import load_candidate
 from esp_trainer.tasks import TASKS
@@ -137,3 +140,127 @@ def test_a_foreign_file_is_refused_and_not_run(content: bytes, place: Path):
     (place / "foreign.safetensors").write_bytes(content)
     with pytest.raises(ValueError, match=r"^foreign\.safetensors (is damaged: .+|was not written by esp_trainer)$"):
         load_candidate("foreign.safetensors", "predators", ENV)
+
+
+# Libraries that are not here, by stand-ins.
+
+
+SB3 = """
+import gymnasium
+import numpy as np
+
+class PPO:
+    observation_space = gymnasium.spaces.Box(-50, 49, (4,))
+    action_space = gymnasium.spaces.Discrete(5)
+
+    @classmethod
+    def load(cls, path, device):
+        assert device == "cpu"
+        if path.read_bytes() != b"weights":
+            raise ValueError("it is\\nno model")
+        return cls()
+
+    def predict(self, rows, deterministic):
+        return rows[:, 0].astype(int), None
+
+class Wide(PPO):
+    observation_space = gymnasium.spaces.Box(-np.linspace(1, 2, 60), np.linspace(1, 2, 60), dtype=float)
+"""
+
+
+@pytest.fixture
+def sb3(place: Path) -> Iterator[Path]:
+    """A package like Stable-Baselines3, a model that it can load and one that it can't."""
+    (place / "stand_in_sb3.py").write_text(SB3)
+    (place / "model.zip").write_bytes(b"weights")
+    (place / "other.zip").write_bytes(b"pictures")
+    yield place
+    sys.modules.pop("stand_in_sb3", None)
+
+
+def test_a_model_is_told_to_have_been_unpickled(sb3: Path):
+    candidate = load_candidate("sb3:stand_in_sb3.PPO:model.zip", "predators", ENV)
+    player: Any = candidate.player
+    assert player.act(VIEWS) == {"predator_0": 0, "predator_1": 1, "predator_2": 2}
+    assert candidate.digest == hashlib.sha256(b"weights").hexdigest()
+    assert candidate.caution == ("model.zip was unpickled by Stable-Baselines3, which runs what its author put there")
+
+
+@pytest.mark.parametrize(
+    ("spec", "line"),
+    [
+        (
+            "sb3:stand_in_sb3.PPO:other.zip",
+            "other.zip is not a model that stand_in_sb3.PPO of Stable-Baselines3 can load: ValueError: it is",
+        ),
+        ("sb3:stand_in_sb3.DQN:model.zip", "stand_in_sb3 has no DQN"),
+        ("sb3:stand_in_sb3.Wide:model.zip", "the model must observe 4 numbers and have 5 actions, got Box("),
+    ],
+)
+def test_a_model_that_cannot_be_used_is_told_in_one_line(spec: str, line: str, sb3: Path):
+    with pytest.raises(ValueError, match=f"^{re.escape(line)}") as refused:
+        load_candidate(spec, "predators", ENV)
+    assert "\n" not in str(refused.value)
+
+
+class Network:
+    """A stand-in for a PyTorch module."""
+
+    def eval(self) -> Network:
+        return self
+
+    def load_state_dict(self, weights: str) -> None:
+        if weights != "weights":
+            raise RuntimeError("other layers\nwere expected")
+
+
+@pytest.fixture
+def torch(place: Path, monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """How files of weights were read by a stand-in for PyTorch, with modules and weights to read."""
+    asked: list[dict[str, Any]] = []
+
+    def load(path: Path, **how: Any) -> str:
+        asked.append(how)
+        return path.read_text()
+
+    monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(load=load))
+    monkeypatch.setitem(sys.modules, "my_networks", SimpleNamespace(make=Network, __name__="my_networks"))
+    (place / "weights.pt").write_text("weights")
+    (place / "others.pt").write_text("others")
+    return asked
+
+
+def test_weights_are_read_without_running_what_is_in_them(torch: list[dict[str, Any]], place: Path):
+    candidate = load_candidate("torch:my_networks:make:weights.pt", "predators", ENV)
+    assert torch == [{"map_location": "cpu", "weights_only": True}]
+    assert isinstance(candidate.player, TorchPolicy)
+    assert candidate.digest == hashlib.sha256(b"weights").hexdigest()
+    assert candidate.caution == "my_networks was imported"
+
+
+@pytest.mark.usefixtures("torch")
+def test_weights_of_another_network_are_told_in_one_line():
+    with pytest.raises(PolicyError) as refused:
+        load_candidate("torch:my_networks:make:others.pt", "predators", ENV)
+    assert str(refused.value) == "others.pt does not hold weights for my_networks:make: RuntimeError: other layers"
+
+
+def test_a_library_that_is_not_installed_is_told(place: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    (place / "weights.pt").write_text("weights")
+    with pytest.raises(PolicyError, match=r"^torch cannot be imported: ModuleNotFoundError: [^\n]+$"):
+        load_candidate("torch:my_policies:make:weights.pt", "predators", ENV)
+
+
+@pytest.mark.parametrize("module", ["import sys; sys.exit(0)", "raise SystemExit('usage: me')"])
+def test_a_module_that_ends_the_process_is_told(module: str, place: Path):
+    """Such as a script of training without a guard; else the benchmark ends with its exit code, and no table."""
+    (place / "broken_policies.py").write_text(module)
+    with pytest.raises(PolicyError, match=r"^broken_policies cannot be imported: SystemExit"):
+        load_candidate("broken_policies:make", "predators", ENV)
+
+
+@pytest.mark.parametrize("spec", ["sb3:", "torch:", "torch:::", "sb3::"])
+def test_a_spec_without_its_parts_says_what_they_are(spec: str):
+    with pytest.raises(PolicyError, match=f"^expected {spec.split(':')[0]}:"):
+        load_candidate(spec, "predators", ENV)

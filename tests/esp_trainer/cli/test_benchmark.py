@@ -187,3 +187,31 @@ def test_teams_of_the_zoo_are_shown_evaluated_and_replayed(esp_trainer: Callable
 
 def test_a_misspelt_team_of_the_zoo_gets_the_nearest(esp_trainer: Callable[..., Any]) -> None:
     assert esp_trainer("show", f"{PREY}r").refusal == f"esp-trainer: {PREY}r is not there; did you mean {PREY}?"
+
+
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        (("--drawn",), "esp-trainer: only policies of sb3: and torch: can be drawn, got flee_nearest: "),
+        (("--seed", "-1"), "esp-trainer benchmark: argument --seed: "),
+        (("--out", "quick_policies.py"), "esp-trainer: quick_policies.py: "),
+    ],
+)
+def test_an_option_that_cannot_be_met_is_told_in_one_line(
+    option: tuple[str, ...], line: str, esp_trainer: Callable[..., Any]
+) -> None:
+    assert esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, *option).refusal.startswith(line)
+    assert Path("quick_policies.py").read_text() == MODULE
+
+
+def test_two_teams_of_one_role_do_not_play_each_other(esp_trainer: Callable[..., Any]) -> None:
+    for command in ("evaluate", "replay"):
+        refusal = esp_trainer(command, PREY, "--against", PREY).refusal
+        assert refusal == "esp-trainer: a match needs predators and prey, got two teams of prey"
+
+
+def test_another_seed_gives_another_table(esp_trainer: Callable[..., Any]) -> None:
+    for seed in ("0", "1"):
+        assert esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--seed", seed, "--out", seed).code == 0
+    rows = [json.loads(Path(f"{seed}/results.json").read_text())["rows"] for seed in ("0", "1")]
+    assert rows[0] != rows[1]

@@ -336,7 +336,7 @@ def test_votes_count_by_their_differences_alone():
 
 
 def test_a_vote_far_above_the_others_is_always_followed():
-    for state in (0, 1, 2**30, 2**31 - 1):
+    for state in (1, 2**30, 2**31 - 1):
         for action in range(5):
             assert drawn(np.eye(5)[action] * 50, np.array([state], np.int32)) == action
 

@@ -17,7 +17,7 @@ from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.ratings import rate
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.files import DamagedFileError
+from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.presets import preset
 from esp_trainer.seeding import stream
 from esp_trainer.tasks import TASKS
@@ -29,6 +29,7 @@ from predprey_env.policies.names import other_team
 
 TEAMS = known_teams()
 NAMES = list(TEAMS)
+SHIPPED = zoo.PLACE
 FORM = re.compile(r"(held-out/)?[a-z]+-3v[12]/(predators|prey)/seed-\d+-(early|middle|late)")
 
 
@@ -121,6 +122,11 @@ def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         cache.cache_clear()
 
 
+def _matrix(copied: Path) -> Path:
+    name = "cross-play-3v1.safetensors"
+    return Path(shutil.copy(SHIPPED / name, copied / name))
+
+
 def test_a_file_that_was_altered_is_refused(copied: Path):
     """Also one that is a whole team: the digest of the index is what counts."""
     path = copied / f"{NAMES[0]}.safetensors"
@@ -162,3 +168,47 @@ def test_the_digest_of_the_zoo_is_that_of_its_index():
     data = (zoo.PLACE / "index.json").read_bytes()
     assert load_zoo("3v1").digest == load_zoo("3v2").digest == hashlib.sha256(data).hexdigest()
     assert json.loads(data)["versions"]["predprey-esp"]
+
+
+def test_every_file_is_the_one_that_the_index_describes():
+    digests = {n: hashlib.sha256((zoo.PLACE / f"{n}.safetensors").read_bytes()).hexdigest() for n in NAMES}
+    assert digests == {name: team.digest for name, team in TEAMS.items()}
+
+
+@pytest.mark.parametrize("at", [0, 200, -1])
+def test_a_single_byte_that_was_changed_is_noticed(at: int, copied: Path):
+    path = copied / f"{NAMES[0]}.safetensors"
+    data = bytearray(path.read_bytes())
+    data[at] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(DamagedFileError, match=r"^\S+ was altered: ") as refused:
+        load_team(NAMES[0])
+    assert "\n" not in str(refused.value)
+
+
+def test_an_index_that_is_lost_is_told_with_its_name(copied: Path):
+    (copied / "index.json").unlink()
+    with pytest.raises(FileNotFoundError) as refused:
+        known_teams()
+    assert "index.json" in str(refused.value)
+
+
+@pytest.mark.parametrize("at", [200, -100])
+def test_a_matrix_that_is_damaged_is_refused(at: int, copied: Path):
+    path = _matrix(copied)
+    data = bytearray(path.read_bytes())
+    data[at] ^= 16
+    path.write_bytes(data)
+    with pytest.raises(DamagedFileError) as refused:
+        load_zoo("3v1")
+    assert "\n" not in str(refused.value)
+    assert path.name in str(refused.value)
+
+
+def test_a_matrix_of_another_zoo_is_refused(copied: Path):
+    """Ratings, gains and what is exploited follow from it, and tables name the zoo by the digest of its index."""
+    path = _matrix(copied)
+    header, arrays = read_arrays(path, "zoo cross-play")
+    write_arrays(path, "zoo cross-play", header, {"captured": arrays["captured"][:, ::-1]})
+    with pytest.raises(DamagedFileError):
+        load_zoo("3v1")
