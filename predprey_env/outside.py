@@ -80,7 +80,7 @@ class OutsideTeam:
         expected = self.views.shape[:2]
         try:
             actions = np.asarray(self._act_batch(self.views.copy()))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise RuntimeError(f"{self._whose} act_batch() raised {type(error).__name__}: {error}") from error
         if actions.shape != expected or not np.issubdtype(actions.dtype, np.integer):
             raise ValueError(

@@ -109,8 +109,9 @@ def main() -> None:
     for task in TASKS:
         chosen = choose([run for run in runs if run.task == task])
         entries += keep(task, chosen, options.out, 16 if options.quick else EPISODES)
+    matrices = {task: digest_of(matrix_file(options.out, task)) for task in TASKS}
     about = {"schema": SCHEMA, "made_by": "python scripts/make_zoo.py", "commit": commit(), "versions": versions()}
-    write(options.out / "index.json", to_json({**about, "teams": entries}))
+    write(options.out / "index.json", to_json({**about, "matrices": matrices, "teams": entries}))
     print(f"{options.out}: {len(entries)} teams")
 
 
@@ -170,7 +171,7 @@ def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[
     """Let everybody meet everybody from fresh starts; writes teams and matrix, and returns entries for the index."""
     names, captured = meet_all(task, chosen, n_episodes)
     header = {**names, "n_episodes": n_episodes, "n_prey": TASKS[task].n_prey}
-    path = _made(place / f"cross-play-{task}.safetensors")
+    path = _made(matrix_file(place, task))
     write_arrays(path, "zoo cross-play", header, {"captured": captured})
     caught = captured / (n_episodes * TASKS[task].n_prey)
     ratings = dict(zip(ROLES, rate(caught, n_episodes, stream(0, "zoo ratings")), strict=True))
@@ -217,6 +218,16 @@ def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
     whole = Team(team.role, team.side, team.controller, team.genomes, origin, team.n_seen)
     path = _made(place / f"{each.name}.safetensors")
     whole.save(path)
+    return digest_of(path)
+
+
+def matrix_file(place: Path, task: str) -> Path:
+    """Where it is kept who catches whom."""
+    return place / f"cross-play-{task}.safetensors"
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 

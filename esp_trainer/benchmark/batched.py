@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from predprey_env.actions import brief
 from predprey_env.config import TeamShape
 
 
@@ -50,7 +51,7 @@ class SB3Policy(BatchedPolicy):
         if seen != (shape.n_seen,) or n_actions != shape.n_actions:
             raise ValueError(
                 f"the model must observe {shape.n_seen} numbers and have {shape.n_actions} actions, "
-                f"got {model.observation_space} and {model.action_space}"
+                f"got {brief(model.observation_space)} and {brief(model.action_space)}"
             )
         self._model = model
         self._drawn = drawn

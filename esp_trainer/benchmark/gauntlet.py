@@ -55,7 +55,7 @@ class Standing:
     """What it takes from the optimal mixture of all opponents beyond the value of the game between them and the zoo's
     own teams of its role, as a score: above 0 it exploits the gauntlet."""
     exploited: float
-    """What its worst opponent takes from it beyond that value, as a score: 0 for one that cannot be exploited."""
+    """What its worst opponent takes from it beyond that value, as a score: 0 or less if none of them exploits it."""
 
 
 class Gauntlet:

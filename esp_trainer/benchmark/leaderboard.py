@@ -9,6 +9,7 @@ from pathlib import Path
 from esp_trainer.benchmark.report import Result
 from esp_trainer.files import write
 from esp_trainer.statistics import in_points
+from predprey_env.actions import brief
 
 _INTRODUCTION = """# Leaderboard
 
@@ -16,6 +17,8 @@ How well policies do against teams that are held out from training, in shares of
 for prey; best first. A row is made by the command in it, with `--leaderboard` and the name of this file behind it.
 *policy* is the SHA-256 of the file that holds it, *zoo* that of the teams that it met, both shortened.
 """
+BAR = r"\|"
+"""How Markdown writes a bar that is no border of a cell."""
 _HEAD = (
     "| name | held out | worst tenth | zoo | scripts | rating | gain | exploited | policy | zoo | version | command |\n"
     "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -25,11 +28,11 @@ _HEAD = (
 def append(path: Path, result: Result) -> None:
     """Put a result in its place in a leaderboard, instead of an older one of the same command and policy.
 
-    Raises :class:`ValueError` if it is not complete, or if the file is something else.
+    Raises :class:`ValueError` if it is not complete, or if the file holds anything that is not a leaderboard's.
     """
     if result.standing is None:
         raise ValueError("only a candidate that met the whole gauntlet can be on a leaderboard")
-    tables = _tables(read(path))
+    tables = read(path)
     row, title = _row(result), f"{result.task}, {result.role}"
     rows = [each for each in tables.get(title, []) if _identity(each) != _identity(row)]
     tables[title] = sorted([*rows, row], key=lambda each: (-float(_cells(each)[1]), each))
@@ -37,21 +40,34 @@ def append(path: Path, result: Result) -> None:
     write(path, "\n".join([_INTRODUCTION, *parts]).encode())
 
 
-def read(path: Path) -> str:
-    """What a leaderboard holds, or will begin with; :class:`ValueError` if the file is something else."""
-    text = path.read_text() if path.exists() else _INTRODUCTION
+def read(path: Path) -> dict[str, list[str]]:
+    """The rows under each title of a leaderboard, none of one that is not there yet; :class:`ValueError` if the file
+    holds anything else, which would be lost.
+    """
+    text = path.read_bytes().decode() if path.exists() else _INTRODUCTION
     if not text.startswith(_INTRODUCTION):
         raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
-    return text
+    before, *parts = re.split(r"^## (.+)$", text.removeprefix(_INTRODUCTION), flags=re.MULTILINE)
+    tables: dict[str, list[str]] = {}
+    for title, body in zip(["the introduction", *parts[::2]], [before, *parts[1::2]], strict=True):
+        lines = [line for line in body.splitlines() if line.strip()]
+        head, rows = lines[:2], lines[2:]
+        if lines and "\n".join(head) != _HEAD:
+            raise ValueError(f"{path} holds under {title} what is not a leaderboard's: {brief(lines[0])}")
+        for row in rows:
+            if not _is_row(row):
+                raise ValueError(f"{path} holds a line that is not a leaderboard's row: {brief(row)}")
+        if title in parts[::2]:
+            tables[title] = rows
+    return tables
 
 
-def _tables(text: str) -> dict[str, list[str]]:
-    """The rows under each title."""
-    parts = re.split(r"^## (.+)$", text, flags=re.MULTILINE)[1:]
-    return {
-        title: [line for line in body.splitlines() if line.startswith("|")][2:]
-        for title, body in zip(parts[::2], parts[1::2], strict=True)
-    }
+def _is_row(line: str) -> bool:
+    cells = _cells(line)
+    try:
+        return len(cells) == _HEAD.splitlines()[0].count(" | ") + 1 and float(cells[1]) >= 0
+    except ValueError:
+        return False
 
 
 def _row(result: Result) -> str:
@@ -72,11 +88,11 @@ def _row(result: Result) -> str:
         version("predprey-esp"),
         f"`{result.command}`",
     ]
-    return f"| {' | '.join(' '.join(cell.replace('|', '/').split()) for cell in cells)} |"
+    return f"| {' | '.join(' '.join(cell.replace('|', BAR).split()) for cell in cells)} |"
 
 
 def _cells(row: str) -> list[str]:
-    return [cell.strip() for cell in row.strip("| ").split(" | ")]
+    return [cell.strip() for cell in row.strip().removeprefix("|").removesuffix("|").split(" | ")]
 
 
 def _identity(row: str) -> tuple[str, ...]:

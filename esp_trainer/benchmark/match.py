@@ -76,11 +76,7 @@ class Arena:
         inside: Opponent = opponent.script if isinstance(opponent, ScriptedTeams) else opponent
         worlds = PredPreyVectorEnv(self.env.replace(reward="terminal"), n, role, inside, AutoresetMode.SAME_STEP)
         views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})
-        team = OutsideTeam(candidate, self.env, role, n, whose="the policy's")
-        try:
-            team.reset(np.arange(n), stream(self.seed, "candidate").integers(2**31, size=n))
-        except Exception as error:
-            raise PolicyError(f"the policy's reset() raised {type(error).__name__}: {error}") from error
+        team = self._begin(candidate, role)
         found = Meeting(np.zeros(n, np.int64), np.zeros(n), np.zeros(n, np.int64))
         playing = np.ones(n, np.bool_)
         while playing.any():  # worlds that are over start again, and count no more
@@ -97,3 +93,16 @@ class Arena:
                 found.fitness[over] = rewards.reshape(n, -1)[over].mean(axis=1)
                 playing &= ~over
         return found
+
+    def _begin(self, candidate: Policy, role: Role) -> OutsideTeam:
+        n = len(self.starts)
+        try:
+            team = OutsideTeam(candidate, self.env, role, n, whose="the policy's")
+        except Exception as error:
+            what = "the policy has no act_batch(), and cannot be copied for each world"
+            raise PolicyError(f"{what}: {type(error).__name__}: {error}") from error
+        try:
+            team.reset(np.arange(n), stream(self.seed, "candidate").integers(2**31, size=n))
+        except (Exception, SystemExit) as error:
+            raise PolicyError(f"the policy's reset() raised {type(error).__name__}: {error}") from error
+        return team

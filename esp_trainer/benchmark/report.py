@@ -107,7 +107,7 @@ def _draw(result: Result, path: Path) -> None:
         axes.errorbar(means, at, xerr=ends, fmt=marker, color=colour, markersize=4, linewidth=1, label=part)
     axes.set(yticks=range(len(rows)), xlim=(-0.02, 1.02), xlabel="share of prey caught")
     axes.set_yticklabels([row.opponent for row in rows], fontsize=7)
-    axes.set_title(f"{result.name}, {result.role} of {result.task}")
+    axes.set_title(f"{result.name}, {result.role} of {result.task}", parse_math=False)
     axes.margins(y=0.01)
     plots.legend(axes, loc="lower right")
     data: dict[str, list[object]] = {

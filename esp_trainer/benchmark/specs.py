@@ -58,7 +58,7 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
         drawn: Whether ``sb3:`` and ``torch:`` draw actions from their chances, and do not take the most likely.
     """
     kind, _, rest = spec.partition(":")
-    if kind in _KINDS and rest:
+    if kind in _KINDS and ":" in spec:
         return _KINDS[kind](spec, rest, env.team(role), drawn)
     if drawn:
         raise PolicyError(
@@ -67,15 +67,20 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
     known = known_teams()
     if spec in SCRIPTS[role]:
         return Candidate(spec, ScriptedTeams(spec), spec)
-    if spec in known or spec.endswith(".safetensors"):
-        team = load_team(spec) if spec in known else Team.load(spec)
-        team.check_fits(role, env)
-        return Candidate(spec, team, known[spec].digest if spec in known else _digest(Path(spec)))
+    if spec in known and not Path(spec).exists():
+        return Candidate(spec, _fitting(load_team(spec), role, env), known[spec].digest)
+    if spec.endswith(".safetensors") or Path(spec).is_file():
+        return Candidate(spec, _fitting(Team.load(spec), role, env), _digest(Path(spec)))
     if rest:
         return _imported(spec, kind, rest, role, env)
     if spec in SCRIPTS[other_team(role)]:
         raise PolicyError(f"expected {role}, got {spec}, a script of {other_team(role)}")
     raise PolicyError(unknown("policy", spec, [*SCRIPTS[role], *known]))
+
+
+def _fitting(team: Team, role: Role, env: EnvConfig) -> Team:
+    team.check_fits(role, env)
+    return team
 
 
 def _sb3(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
@@ -96,7 +101,7 @@ def _sb3(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
 
 def _torch(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
     parts = rest.split(":", 2)
-    if len(parts) != 3:
+    if len(parts) != 3 or not all(parts):
         expected = "torch:MODULE:FUNCTION:FILE, such as torch:my_module:make_network:weights.pt"
         raise PolicyError(f"expected {expected}, got {spec!r}")
     path, torch = _file(parts[2]), _module("torch")
@@ -134,7 +139,7 @@ def _module(name: str) -> ModuleType:
         sys.path.insert(0, here)
     try:
         return importlib.import_module(name)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise PolicyError(f"{name} cannot be imported: {_line(error)}") from error
 
 
@@ -148,7 +153,7 @@ def _attribute(module: ModuleType, name: str) -> Any:
 def _call(make: Any, name: str) -> Any:
     try:
         return make()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise PolicyError(f"{name}() raised {_line(error)}") from error
 
 
@@ -162,6 +167,6 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _line(error: Exception) -> str:
+def _line(error: BaseException) -> str:
     first = (str(error).splitlines() or [""])[0]
     return f"{type(error).__name__}: {first}"

@@ -40,6 +40,7 @@ def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None,
     if candidate.caution:
         say(f"caution: {candidate.caution}")
     place = out or Path("benchmarks") / re.sub(r"[^\w.-]+", "-", f"{name}-{settings.role}-{settings.task}")
+    place.mkdir(parents=True, exist_ok=True)  # better now, too
     gauntlet = Gauntlet(load_zoo(settings.task), env, settings.role, settings.episodes, settings.seed)
     rows: list[Row] = []
     try:

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -95,10 +95,7 @@ def load_team(name: str) -> Team:
     if name not in known:
         raise ValueError(unknown("team", name, known))
     path = PLACE / f"{name}.safetensors"
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is not there: the package is not installed whole")
-    if hashlib.sha256(path.read_bytes()).hexdigest() != known[name].digest:
-        raise DamagedFileError(f"{path} was altered: it is not the file that the zoo's index describes")
+    _check(path, known[name].digest)
     return Team.load(path)
 
 
@@ -111,35 +108,58 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
 
 def known_teams() -> dict[str, ZooTeam]:
     """Every team of the zoo by name."""
-    return {team.name: team for team in _index()[0]}
+    return {team.name: team for team in _index().teams}
 
 
 @cache
 def load_zoo(task: str) -> Zoo:
-    """The teams of a task, and who catches whom. Raises :class:`ValueError` for a task that there is not."""
-    teams, digest = _index()
-    tasks = list(dict.fromkeys(team.task for team in teams))
-    if task not in tasks:
-        raise ValueError(f"task must be one of {', '.join(tasks)}, got {task!r}")
-    header, arrays = read_arrays(PLACE / f"cross-play-{task}.safetensors", "zoo cross-play")
+    """The teams of a task, and who catches whom.
+
+    Raises :class:`ValueError` for a task that there is not; :class:`DamagedFileError` if the matrix is not the one that
+    the index describes.
+    """
+    index = _index()
+    if task not in index.matrices:
+        raise ValueError(f"task must be one of {', '.join(index.matrices)}, got {task!r}")
+    path = PLACE / f"cross-play-{task}.safetensors"
+    _check(path, index.matrices[task])
+    header, arrays = read_arrays(path, "zoo cross-play")
     return Zoo(
         task=task,
-        teams=tuple(team for team in teams if team.task == task),
+        teams=tuple(team for team in index.teams if team.task == task),
         predators=tuple(header["predators"]),
         prey=tuple(header["prey"]),
         captured=arrays["captured"],
         n_episodes=header["n_episodes"],
         n_prey=header["n_prey"],
-        digest=digest,
+        digest=index.digest,
     )
 
 
+class _Index(NamedTuple):
+    """What ``index.json`` says."""
+
+    teams: list[ZooTeam]
+    matrices: dict[str, str]
+    """SHA-256 of each task's matrix."""
+    digest: str
+    """Of the index itself."""
+
+
 @cache
-def _index() -> tuple[list[ZooTeam], str]:
+def _index() -> _Index:
     path = PLACE / "index.json"
+    data = path.read_bytes()
     try:
-        data = path.read_bytes()
-        entries: list[dict[str, Any]] = json.loads(data)["teams"]
-        return list(map(ZooTeam.from_dict, entries)), hashlib.sha256(data).hexdigest()
+        told = json.loads(data)
+        teams = list(map(ZooTeam.from_dict, told["teams"]))
+        return _Index(teams, dict(told["matrices"]), hashlib.sha256(data).hexdigest())
     except (ValueError, KeyError, TypeError) as error:
         raise DamagedFileError(f"{path} is damaged: {error}") from None
+
+
+def _check(path: Path, digest: str) -> None:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is not there: the package is not installed whole")
+    if hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+        raise DamagedFileError(f"{path} was altered: it is not the file that the zoo's index describes")

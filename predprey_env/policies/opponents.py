@@ -62,7 +62,7 @@ def ask(
     """
     try:
         actions = policy.act(observations)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise RuntimeError(f"{whose} act() raised {type(error).__name__}: {error}") from error
     if not isinstance(actions, Mapping):
         raise ValueError(f"{whose} act() must return a mapping from agents to actions, got {brief(actions)}")

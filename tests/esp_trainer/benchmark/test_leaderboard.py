@@ -27,7 +27,7 @@ def rows(board: Path) -> dict[str, list[str]]:
     """The names under each title, in order."""
     parts = re.split(r"^## (.+)$", board.read_text(), flags=re.MULTILINE)[1:]
     return {
-        title: re.findall(r"^\| ((?!name|---)[^|]+) \|", body, re.MULTILINE)
+        title: re.findall(r"^\| ((?!name|---)(?:\\\||[^|])+) \|", body, re.MULTILINE)
         for title, body in zip(parts[::2], parts[1::2], strict=True)
     }
 

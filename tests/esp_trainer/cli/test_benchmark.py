@@ -51,7 +51,8 @@ def _policies(_somewhere_else: None, monkeypatch: pytest.MonkeyPatch) -> Iterato
     monkeypatch.setattr(sys, "path", sys.path[:])
     Path("quick_policies.py").write_text(MODULE)
     yield
-    sys.modules.pop("quick_policies", None)
+    for name in ("quick_policies", "repeats"):
+        sys.modules.pop(name, None)
 
 
 def test_teams_are_listed_best_first(esp_trainer: Callable[..., Any]) -> None:
@@ -99,7 +100,7 @@ def test_an_own_policy_does_as_the_script_that_it_repeats(esp_trainer: Callable[
     rows = [json.loads(Path(f"{place}/results.json").read_text())["rows"] for place in ("own", "script")]
     alike = [a for a, b in zip(*rows, strict=True) if a == b]
     others = {a["opponent"] for a, b in zip(*rows, strict=True) if a != b}
-    assert len(alike) > 30
+    assert len(alike) > len(others)
     assert all(name == "random" or "drawn" in name for name in others), "only what is random may differ"
 
 
@@ -169,7 +170,7 @@ BAD = {
 
 @pytest.mark.parametrize("line", BAD)
 def test_a_mistake_is_told_in_one_line(line: str, esp_trainer: Callable[..., Any]) -> None:
-    refusal = esp_trainer("benchmark", *BAD[line]).refusal.replace("'prey'", "'prey'")
+    refusal = esp_trainer("benchmark", *BAD[line]).refusal
     assert refusal.removeprefix("esp-trainer benchmark: ").removeprefix("esp-trainer: ") == line
     assert not Path("benchmarks").exists()
 
