@@ -186,8 +186,8 @@ def block(name: str) -> str:
 
 def test_the_tutorial_ends_on_a_leaderboard(tmp_path: Path) -> None:
     program = block("my_agent.py")
-    assert program.count("3_000_000") == 1
-    (tmp_path / "my_agent.py").write_text(program.replace("3_000_000", "30_000"))
+    assert program.count("10_000_000") == 1
+    (tmp_path / "my_agent.py").write_text(program.replace("10_000_000", "30_000"))
     tools = f"PATH={Path(sys.executable).parent}:$PATH"
     for name in ("train", "measure"):
         command = f"{tools} {block(name).strip()}" + (" --episodes 8" if name == "measure" else "")
