@@ -123,7 +123,8 @@ def most_votes(controller: Controller, votes: Any) -> Any:
 def draw(controller: Controller, votes: Any, memory: Any, at: int) -> Any:
     """An action, with chances in proportion to ``exp(votes)``; ``memory`` holds in row ``at`` the state to draw from.
 
-    The votes are used up.
+    The votes are used up. Once in 33 million draws, where the share that is drawn rounds up to 1, it is the last action
+    whatever its chance.
     """
     n_actions, most = len(controller.blank), load(votes, 0)
     for action in range(1, n_actions):

@@ -11,7 +11,6 @@ from predprey_env.floats import as_float
 from predprey_env.lanes import where
 
 _LOW_BITS = (1 << 31) - 1
-_LAST = (1 << 31) - 128
 _UNIT = np.float32(2.0**-31)
 
 
@@ -42,5 +41,5 @@ def pick(state: Any, n: int) -> Any:
 
 @rule
 def share(state: Any) -> Any:
-    """A 32-bit float in [0, 1) from a state; those that would round up to 1 count as the last one that does not."""
-    return as_float(where(state > _LAST, _LAST, state)) * _UNIT
+    """A 32-bit float in [0, 1] from a state; it is 1 just for the last 64 of 2**31 states, which round up to it."""
+    return as_float(state) * _UNIT
