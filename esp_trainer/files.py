@@ -100,6 +100,11 @@ def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str
     return header, arrays
 
 
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file's bytes."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 def _refuse(constant: str) -> None:
     raise ValueError(f"{constant} is no JSON")
 

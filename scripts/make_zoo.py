@@ -12,7 +12,6 @@ too. Teams of the seeds in ``HELD_OUT`` are for reporting only. Some minutes on 
 from __future__ import annotations
 
 import argparse
-import hashlib
 import os
 import subprocess
 from concurrent.futures import ProcessPoolExecutor
@@ -30,7 +29,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.ratings import rate
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.files import SCHEMA, to_json, write, write_arrays
+from esp_trainer.files import SCHEMA, digest_of, to_json, write, write_arrays
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
 from esp_trainer.tasks import TASKS
@@ -224,11 +223,6 @@ def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
 def matrix_file(place: Path, task: str) -> Path:
     """Where it is kept who catches whom."""
     return place / f"cross-play-{task}.safetensors"
-
-
-def digest_of(path: Path) -> str:
-    """SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _made(path: Path) -> Path:

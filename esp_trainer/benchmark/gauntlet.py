@@ -10,7 +10,8 @@ import numpy as np
 from esp_trainer.analysis.games import solve
 from esp_trainer.analysis.progress import generalist
 from esp_trainer.analysis.ratings import rate
-from esp_trainer.benchmark.match import Arena, Meeting, Ours, Player
+from esp_trainer.benchmark.match import Arena, Meeting, Player
+from esp_trainer.evaluation.match import Player as Ours
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
 from esp_trainer.teams.zoo import HELD_OUT, Zoo, load_team

@@ -6,6 +6,7 @@ import re
 from importlib.metadata import version
 from pathlib import Path
 
+from esp_trainer.benchmark.gauntlet import PARTS
 from esp_trainer.benchmark.report import Result
 from esp_trainer.files import write
 from esp_trainer.statistics import in_points
@@ -17,7 +18,7 @@ How well policies do against teams that are held out from training, in shares of
 for prey; best first. A row is made by the command in it, with `--leaderboard` and the name of this file behind it.
 *policy* is the SHA-256 of the file that holds it, *zoo* that of the teams that it met, both shortened.
 """
-BAR = r"\|"
+_BAR = r"\|"
 """How Markdown writes a bar that is no border of a cell."""
 _HEAD = (
     "| name | held out | worst tenth | zoo | scripts | rating | gain | exploited | policy | zoo | version | command |\n"
@@ -73,13 +74,10 @@ def _is_row(line: str) -> bool:
 def _row(result: Result) -> str:
     standing = result.standing
     assert standing is not None
-    held_out, zoo, scripts = (standing.generalist.get(part) for part in ("held out", "zoo", "scripts"))
+    (held_out, worst), (zoo, _), (scripts, _) = (standing.generalist[part] for part in PARTS)
     cells = [
         result.name,
-        f"{held_out[0]:.3f}" if held_out else "nan",
-        f"{held_out[1]:.3f}" if held_out else "-",
-        f"{zoo[0]:.3f}" if zoo else "-",
-        f"{scripts[0]:.3f}" if scripts else "-",
+        *(f"{score:.3f}" for score in (held_out, worst, zoo, scripts)),
         in_points(standing.rating),
         f"{standing.gain:+.3f}",
         f"{standing.exploited:.3f}",
@@ -88,7 +86,7 @@ def _row(result: Result) -> str:
         version("predprey-esp"),
         f"`{result.command}`",
     ]
-    return f"| {' | '.join(' '.join(cell.replace('|', BAR).split()) for cell in cells)} |"
+    return f"| {' | '.join(' '.join(cell.replace('|', _BAR).split()) for cell in cells)} |"
 
 
 def _cells(row: str) -> list[str]:

@@ -10,6 +10,7 @@ from gymnasium.vector import AutoresetMode
 
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.match import Player as Ours
 from esp_trainer.seeding import stream
 from esp_trainer.types import Role, ScriptedTeams, TrialBatch
 from predprey_env.config import EnvConfig
@@ -19,7 +20,6 @@ from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import Opponent
 from predprey_env.vector_env import PredPreyVectorEnv
 
-Ours: TypeAlias = Team | ScriptedTeams
 Player: TypeAlias = Ours | Policy
 
 
@@ -62,8 +62,9 @@ class Arena:
 
         Raises :class:`PolicyError` if the candidate raises, or does not return an action for each agent.
         """
-        play = self._play_compiled if isinstance(candidate, Team | ScriptedTeams) else self._play_outside
-        return play(candidate, role, opponent)  # type: ignore[arg-type]
+        if isinstance(candidate, Team | ScriptedTeams):
+            return self._play_compiled(candidate, role, opponent)
+        return self._play_outside(candidate, role, opponent)
 
     def _play_compiled(self, candidate: Ours, role: Role, opponent: Ours) -> Meeting:
         teams = {role: candidate.as_teams(len(self.starts)), other_team(role): opponent.as_teams(len(self.starts))}

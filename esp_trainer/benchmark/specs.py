@@ -16,7 +16,6 @@ unpickled, which can run whatever its author put there.
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import inspect
 import sys
@@ -28,6 +27,7 @@ from typing import Any
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
 from esp_trainer.benchmark.match import Player, PolicyError
 from esp_trainer.esp.team import Team
+from esp_trainer.files import digest_of
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
 from esp_trainer.types import Role, ScriptedTeams
 from predprey_env.config import EnvConfig, TeamShape
@@ -49,7 +49,8 @@ class Candidate:
 
 
 def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False) -> Candidate:
-    """Who a SPEC names; :class:`PolicyError` in one line if there is no such policy or it does not fit.
+    """Who a SPEC names. Raises :class:`ValueError` or :class:`FileNotFoundError`, in one line, if there is no such policy
+    or it does not fit.
 
     Args:
         spec: As above.
@@ -70,7 +71,7 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
     if spec in known and not Path(spec).exists():
         return Candidate(spec, _fitting(load_team(spec), role, env), known[spec].digest)
     if spec.endswith(".safetensors") or Path(spec).is_file():
-        return Candidate(spec, _fitting(Team.load(spec), role, env), _digest(Path(spec)))
+        return Candidate(spec, _fitting(Team.load(spec), role, env), digest_of(Path(spec)))
     if rest:
         return _imported(spec, kind, rest, role, env)
     if spec in SCRIPTS[other_team(role)]:
@@ -96,7 +97,7 @@ def _sb3(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
         reason = _line(error)
         raise PolicyError(f"{path} is not a model that {name} of Stable-Baselines3 can load: {reason}") from error
     caution = f"{path} was unpickled by Stable-Baselines3, which runs what its author put there"
-    return Candidate(spec, SB3Policy(model, shape, drawn=drawn), _digest(path), caution)
+    return Candidate(spec, SB3Policy(model, shape, drawn=drawn), digest_of(path), caution)
 
 
 def _torch(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
@@ -114,7 +115,7 @@ def _torch(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
         network.load_state_dict(weights)
     except Exception as error:
         raise PolicyError(f"{path} does not hold weights for {parts[0]}:{parts[1]}: {_line(error)}") from error
-    return Candidate(spec, TorchPolicy(network, shape, drawn=drawn), _digest(path), f"{parts[0]} was imported")
+    return Candidate(spec, TorchPolicy(network, shape, drawn=drawn), digest_of(path), f"{parts[0]} was imported")
 
 
 def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig) -> Candidate:
@@ -127,7 +128,7 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
     except ValueError as error:
         raise PolicyError(str(error).replace("opponent must be the name of a script,", f"{spec} must be")) from error
     where = getattr(source, "__file__", None)
-    return Candidate(spec, player, _digest(Path(where)) if where else "", f"{module} was imported")
+    return Candidate(spec, player, digest_of(Path(where)) if where else "", f"{module} was imported")
 
 
 _KINDS = {"sb3": _sb3, "torch": _torch}
@@ -161,10 +162,6 @@ def _file(name: str) -> Path:
     if not Path(name).is_file():
         raise FileNotFoundError(f"{name} is not there")
     return Path(name)
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _line(error: BaseException) -> str:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from esp_trainer.esp.team import Team
-from esp_trainer.files import DamagedFileError, read_arrays
+from esp_trainer.files import DamagedFileError, digest_of, read_arrays
 from esp_trainer.statistics import Rate
 from esp_trainer.types import Role
 
@@ -35,7 +35,7 @@ class ZooTeam:
     preset: str
     seed: int
     stage: str
-    """``early``, ``middle`` or ``late``: the third of its run in which it was the strongest."""
+    """``early``, ``middle`` or ``late``: the third of its run that it was the strongest of."""
     generation: int
     score: Rate
     """Mean over the zoo's opposing teams, with its interval over them: prey caught, for prey those not caught."""
@@ -161,5 +161,5 @@ def _index() -> _Index:
 def _check(path: Path, digest: str) -> None:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not there: the package is not installed whole")
-    if hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+    if digest_of(path) != digest:
         raise DamagedFileError(f"{path} was altered: it is not the file that the zoo's index describes")
