@@ -61,7 +61,7 @@ trained on.{missing}"""
 def _method() -> str:
     return """## How it was measured
 
-- **Runs.** Each setting with the seeds 0 and up; the panel of held-out opponents from seeds 1000 to 1002 of the same world, half
+- **Runs.** Each setting with the seeds 0 and up, `modern` with 100 and up; the panel of held-out opponents from seeds 1000 to 1002 of the same world, half
   of them with raw and half with scaled offsets, three champions of each run. No run of a panel is part of a result.
 - **Matches.** 64 episodes a pair, the same starts for all, holding the parities in their true proportions.
 - **Intervals** over seeds are Student's for means; differences between settings are Hodges-Lehmann's with the interval of the rank
