@@ -13,6 +13,7 @@ from esp_trainer.coevolution.opponents import OPPONENTS
 from esp_trainer.coevolution.sharing import share
 from esp_trainer.coevolution.sides import EvolvingSide, Side
 from esp_trainer.config import RunConfig
+from esp_trainer.esp.subpopulations import Spread
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import (
@@ -48,6 +49,8 @@ class Generation:
     number: int
     trials: dict[Role, Trials]
     champions: dict[Role, Champion]
+    spreads: dict[Role, Spread]
+    """Of the subpopulations that its teams were drawn from."""
     held_out: Captures
     """Champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
@@ -85,6 +88,7 @@ class Coevolution:
         played = perf_counter()
         champions = self._choose(asked, trials, number)
         chosen = perf_counter()
+        spreads = {role: side.subpopulations.spread() for role, side in self.evolving.items()}
         for role, side in self.evolving.items():
             breeding = self._stream(f"{role} breeding", number)
             side.subpopulations.tell(self._earned(trials[role]), side.hall_of_fame.champions, breeding)
@@ -98,7 +102,7 @@ class Coevolution:
             "held_out": perf_counter() - bred,
             "breeding": (bred - chosen) + (asked_at - begun),
         }
-        return Generation(number, trials, champions, held_out, seconds)
+        return Generation(number, trials, champions, spreads, held_out, seconds)
 
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)

@@ -7,11 +7,22 @@ is shared by all neurons that took part.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
+
+
+class Spread(NamedTuple):
+    """What the genes of a side's subpopulations are like, those that a network reads."""
+
+    diversity: float
+    """Standard deviation of a gene over the neurons of a subpopulation, mean over genes and subpopulations."""
+    scale: float
+    """Mean size of a gene."""
 
 
 class Subpopulations:
@@ -93,6 +104,13 @@ class Subpopulations:
         mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
         operators.mutate(generator, children, self._used, *mutation)
         genes[each, ranks[:, : -2 * config.n_elite - 1 : -1]] = children
+
+    def spread(self) -> Spread:
+        """How far apart the neurons of a subpopulation are, and how large their genes."""
+        n_neurons = self.config.subpopulation_size
+        genes = self.genomes.reshape(len(self._used), n_neurons, -1).astype(np.float64)
+        read = np.arange(genes.shape[2]) < self._used[:, None]
+        return Spread(float(genes.std(axis=1)[read].mean()), float(np.abs(genes).mean(axis=1)[read].mean()))
 
     def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
         """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``, which each

@@ -121,5 +121,10 @@ def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
             for role, t in generation.trials.items()
         },
         "champions": {role: champion.score for role, champion in generation.champions.items()},
+        # Rounded, as the last digits of a sum may differ from processor to processor.
+        "subpopulations": {
+            role: {"diversity": round(spread.diversity, 4), "scale": round(spread.scale, 4)}
+            for role, spread in generation.spreads.items()
+        },
         "held_out": held_out,
     }

@@ -159,3 +159,20 @@ def test_breeding_depends_on_nothing_but_its_generator(kind: str):
         return bred(population, seed=seed).tobytes()
 
     assert whole(5) == whole(5) != whole(6)
+
+
+def test_spread_is_that_of_the_genes_that_are_read() -> None:
+    # Of each subpopulation half the neurons hold 1 in the genes that are read and half 3: mean 2, deviation 1.
+    genomes = np.where(np.arange(SIZE)[:, None] % 2, np.float32(3), np.float32(1)) * np.ones(
+        (2, 3, 3, SIZE, 15), np.float32
+    )
+    genomes[~used(genomes)] = 1000.0
+    spread = Subpopulations(esp(), COMBINER, genomes).spread()
+    assert spread.diversity == pytest.approx(1.0)
+    assert spread.scale == pytest.approx(2.0)
+    assert Subpopulations(esp(), COMBINER, -genomes).spread() == spread
+
+
+def test_neurons_that_are_all_alike_have_no_spread() -> None:
+    genomes = np.ones((2, 3, 3, SIZE, 1), np.float32) * np.arange(15, dtype=np.float32)
+    assert Subpopulations(esp(), COMBINER, genomes).spread().diversity == 0.0

@@ -343,7 +343,7 @@ def test_a_log_has_a_line_for_each_generation(tmp_path: Path, start: Any) -> Non
     lines = [json.loads(line) for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
     assert [line["generation"] for line in lines] == [0, 1, 2]
     for line, generation in zip(lines, generations, strict=True):
-        assert set(line) == {"generation", "trials", "champions", "held_out"}
+        assert set(line) == {"generation", "trials", "champions", "subpopulations", "held_out"}
         assert line["held_out"] == generation.held_out.as_dict()
         for role, trials in generation.trials.items():
             assert line["trials"][role] == {
@@ -353,6 +353,15 @@ def test_a_log_has_a_line_for_each_generation(tmp_path: Path, start: Any) -> Non
             }
             assert line["trials"][role]["mean"] < line["trials"][role]["best"] <= 25
             assert line["champions"][role] == generation.champions[role].score
+            assert line["subpopulations"][role] == pytest.approx(generation.spreads[role]._asdict(), abs=5e-5)
+
+
+def test_subpopulations_are_measured_before_they_breed(tmp_path: Path, start: Any) -> None:
+    trainer = start(tmp_path, SMOKE.replace(generations=1))
+    before = {role: side.subpopulations.spread() for role, side in trainer.coevolution.evolving.items()}
+    (generation,) = trainer.generations()
+    assert generation.spreads == before
+    assert all(side.subpopulations.spread() != before[role] for role, side in trainer.coevolution.evolving.items())
 
 
 def test_timing_has_a_line_for_each_generation_with_the_seconds_of_each_phase(
