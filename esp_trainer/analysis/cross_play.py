@@ -7,6 +7,7 @@ champions of many generations meet those of many others, from the same held-out 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,12 +18,14 @@ from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.seeding import stream
-from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch
+from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch
+from predprey_env.policies.names import other_team
 
 EPISODES = 64
 """Of each cell. A multiple of 8 holds the parities of the starts in their true proportions; with 64 a cell's standard
 error is at most 0.063, and that of the mean of a row of 46 below 0.01."""
 
+_PANEL = 6  # champions of each other run that a run is measured against
 _FEW = 128  # trials that keep two cores and all their lanes busy
 _CELLS_AT_ONCE = 4096  # bounds memory: some 20 MB of outcomes
 
@@ -141,6 +144,29 @@ def own_cross_play(
         arrays = {name: value for name, value in vars(whole).items() if isinstance(value, np.ndarray)}
         write_arrays(cache, "cross-play", about, arrays)
     return whole
+
+
+def met_by_others(
+    history: History, others: Sequence[History], role: Role, own: CrossPlay, evaluator: FusedEvaluator
+) -> list[np.ndarray]:
+    """The champions of a run against those of other runs, of which each sends six.
+
+    Args:
+        history: The run.
+        others: The others, of the same world.
+        role: Whose champions meet the others', which play the other role.
+        own: Says which generations meet them, and in how many episodes.
+        evaluator: Of their world.
+
+    Returns:
+        Shares of prey caught by predators (rows) from prey (columns), a matrix for each other run.
+    """
+    mine, matrices = history.entrants(role, own.predators if role == "predators" else own.prey), []
+    for other in others:
+        theirs = other.entrants(other_team(role), other.sample(_PANEL))
+        pair = (mine, theirs) if role == "predators" else (theirs, mine)
+        matrices.append(cross_play(*pair, evaluator, n_episodes=own.n_episodes).caught)
+    return matrices
 
 
 def _read(path: Path, about: dict[str, Any]) -> CrossPlay | None:

@@ -106,6 +106,11 @@ class History:
         except ValueError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error}") from None
 
+    def first(self, n: int) -> History:
+        """Its first generations alone."""
+        champions = {role: array[:n] for role, array in self.champions.items()}
+        return History(self.config, champions, {name: curve[:n] for name, curve in self.curves.items()})
+
     def sample(self, n: int) -> np.ndarray:
         """At most ``n`` generations, evenly spread from the first to the last."""
         return np.unique(np.linspace(0, len(self) - 1, n).round().astype(int))

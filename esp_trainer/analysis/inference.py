@@ -60,6 +60,17 @@ def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(mean, mean - half, mean + half, n)
 
 
+def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean over runs ``(n_runs, n)`` and both ends of its 95% interval (Student's, as :func:`over_seeds`), point by
+    point: each ``(n,)``. Of a single run all three are the run.
+    """
+    mean = curves.mean(axis=0)
+    if len(curves) < 2:
+        return mean, mean, mean
+    half = stats.t.ppf(0.975, len(curves) - 1) * curves.std(axis=0, ddof=1) / np.sqrt(len(curves))
+    return mean, mean - half, mean + half
+
+
 def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) -> Comparison:
     """Seeds of one kind against independent seeds of another.
 

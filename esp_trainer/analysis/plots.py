@@ -14,7 +14,8 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy import stats
+
+from esp_trainer.analysis.inference import interval_of_curves
 
 PREDATORS, PREY = "#d55e00", "#0072b2"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
@@ -85,15 +86,13 @@ def curve(
     window: int = 1,
 ) -> dict[str, np.ndarray]:
     """A mean over runs, ``(n_runs, n)``, with its 95% interval (Student's) as a band; returns what it drew."""
-    shown = smooth(runs, window)
-    mean = shown.mean(axis=0)
+    mean, low, high = interval_of_curves(smooth(runs, window))
     colour = colour or COLOURS[number % len(COLOURS)]
     axes.plot(x, mean, color=colour, linestyle=_DASHES[number % len(_DASHES)], label=label)
     if len(runs) < 2:
         return {f"{label}": mean}
-    half = stats.t.ppf(0.975, len(runs) - 1) * shown.std(axis=0, ddof=1) / np.sqrt(len(runs))
-    axes.fill_between(x, mean - half, mean + half, color=colour, alpha=0.2, linewidth=0)
-    return {label: mean, f"{label}, low": mean - half, f"{label}, high": mean + half}
+    axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
+    return {label: mean, f"{label}, low": low, f"{label}, high": high}
 
 
 def matrix(

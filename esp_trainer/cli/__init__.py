@@ -103,11 +103,14 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
 
 def _analyse(options: argparse.Namespace) -> int:
     """What needs SciPy and Matplotlib, which take a second to import."""
-    from esp_trainer.cli import analysis, behaviours, benchmark
+    from esp_trainer.cli import analysis, behaviours, benchmark, report
+    from esp_trainer.report.measure import Settings
 
     if options.command == "benchmark":
         settings = benchmark.Settings(options.role, options.task, options.episodes, options.seed, options.drawn)
         return benchmark.benchmark(options.policy, options.name, settings, options.out, options.leaderboard)
+    if options.command == "report":
+        return report.report(options.runs, options.out, Settings(options.generations, options.episodes))
     if options.command == "behaviours":
         return behaviours.behaviours(options.runs, options.generations, options.episodes, options.csv)
     return analysis.analyse(options.runs, options.generations, options.episodes, options.figures)
@@ -164,7 +167,9 @@ def _parser() -> argparse.ArgumentParser:
     analyse.add_argument("--figures", type=Path, metavar="DIR", help="draw its figures there too")
     behaviours = command("behaviours", "count what champions do, by generation")
     behaviours.add_argument("--csv", type=Path, metavar="FILE", help="write the rates of every generation there")
-    for each, generations, episodes in ((analyse, 46, 64), (behaviours, 24, 128)):
+    report = command("report", "make a page of runs that one can open in a browser: the story, charts, and any match")
+    report.add_argument("--out", type=Path, metavar="FILE", help="by default report.html beside what it is about")
+    for each, generations, episodes in ((analyse, 46, 64), (behaviours, 24, 128), (report, 46, 64)):
         each.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a directory that train made")
         each.add_argument("--generations", type=_positive, default=generations, metavar="N", help="to sample")
         each.add_argument("--episodes", type=_positive, default=episodes, metavar="N", help="of each meeting")

@@ -8,15 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import games, phases, plots, progress
-from esp_trainer.analysis.cross_play import CrossPlay, cross_play, own_cross_play
+from esp_trainer.analysis.cross_play import CrossPlay, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import Role
-from predprey_env.policies.names import other_team
-
-_PANEL = 6  # champions of each other run that a run is measured against
 
 
 def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | None) -> int:
@@ -31,25 +28,17 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
         cache = run / "analysis" / "cross-play.safetensors"
         own = own_cross_play(history, evaluator, n_generations=generations, n_episodes=episodes, cache=cache)
         others = [other for j, other in enumerate(histories) if j != i]
-        _tell(run, history, own, {role: _met(history, others, role, own, evaluator) for role in history.champions})
+        _tell(
+            run,
+            history,
+            own,
+            {role: met_by_others(history, others, role, own, evaluator) for role in history.champions},
+        )
         if figures:
             _draw(figures, f"{run.resolve().name}-{i}" if len(names) < len(runs) else run.resolve().name, history, own)
     if len(runs) == 1:
         print("give runs of other seeds too, to measure progress against opponents that nobody here trained on")
     return 0
-
-
-def _met(
-    history: History, others: list[History], role: Role, own: CrossPlay, evaluator: FusedEvaluator
-) -> list[np.ndarray]:
-    """Shares of prey caught when a role's sampled champions meet champions of the other runs."""
-    rows = own.predators if role == "predators" else own.prey
-    mine, matrices = history.entrants(role, rows), []
-    for other in others:
-        theirs = other.entrants(other_team(role), other.sample(_PANEL))
-        pair = (mine, theirs) if role == "predators" else (theirs, mine)
-        matrices.append(cross_play(*pair, evaluator, n_episodes=own.n_episodes).caught)
-    return matrices
 
 
 def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.ndarray]]) -> None:

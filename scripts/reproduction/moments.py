@@ -10,14 +10,13 @@ import numpy as np
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
+from esp_trainer.analysis.moments import best_moment
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.evaluation.fused import FusedEvaluator
 from reproduction.evolve import history_file
 from reproduction.results import Results
 
-_BEFORE, _AFTER = 30, 8  # steps that are shown around the moment
 _SHOWN = [name for name, detector in BEHAVIOURS.items() if detector.of_interaction]
 
 
@@ -44,17 +43,12 @@ def _best(runs: Path, results: Results, name: str) -> tuple[dict[str, object], n
     if rates[run, watched] <= 0 or not path.exists():
         return None
     history = History.load(path)
-    trace, paths = episodes(history, FusedEvaluator(history.config.env), generation)
-    rows = BEHAVIOURS[name].rule(paths, Thresholds())
-    if rows.ndim == 1:  # a number for each episode: its end
-        episode = int(np.nan_to_num(rows).argmax())
-        step = int(paths.lengths[episode])
-    else:
-        episode = int(rows.any(axis=1).argmax())
-        step = int(rows[episode].argmax())
-    last = min(step + _AFTER, int(paths.lengths[episode]))
+    moment = best_moment(name, *episodes(history, FusedEvaluator(history.config.env), generation))
+    if moment is None:
+        return None
+    first, last = moment.shown
     about = {"arm": results.arm.name, "seed": seed, "generation": generation, "rate": float(rates[run, watched])}
-    return about, trace[episode, max(0, step - _BEFORE) : last + 1]
+    return about, moment.cells[first : last + 1]
 
 
 def draw(results: Mapping[str, Results], kept: Path, place: Path) -> None:

@@ -1,0 +1,102 @@
+// The charts, and the matrix of who catches whom, on whose cells one can click.
+
+const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888"]; // Okabe & Ito
+const QUIET = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+
+// A figure with the page's colours in the place of their names.
+function coloured(figure) {
+  const colour = palette();
+  return JSON.parse(JSON.stringify(figure), (_, value) => {
+    const name = typeof value === "string" && /^@(\w+)$/.exec(value)?.[1];
+    return name ? SERIES[name] ?? colour(name) : value;
+  });
+}
+
+function layoutOf(layout) {
+  const colour = palette(), axis = { gridcolor: colour("grid"), linecolor: colour("line"), zerolinecolor: colour("line"), automargin: true };
+  return {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: colour("ink"), family: "system-ui, sans-serif", size: 12 },
+    margin: { l: 48, r: 12, t: 8, b: 8 }, hovermode: "x unified", legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
+    hoverlabel: { bgcolor: colour("panel"), font: { color: colour("ink") } },
+    ...layout, xaxis: { ...axis, ...layout.xaxis }, yaxis: { ...axis, ...layout.yaxis },
+  };
+}
+
+class Charts {
+  constructor(data, player) {
+    this.data = data;
+    this.player = player;
+    const place = document.querySelector(".charts");
+    for (const { id, title, caption } of data.charts) {
+      place.append(element("figure", { id: `chart-${id}` }, [
+        element("h3", { textContent: title }), element("div"), element("figcaption", { textContent: caption }),
+      ]));
+    }
+    byId("charts").hidden = !data.charts.length;
+    fill(byId("matrix-run"), data.runs.map((run, i) => [i, run.name, !data.matrix?.matrices[i]]));
+    byId("matrix-run").addEventListener("change", () => this.#matrix());
+    byId("matrix-figure").hidden = !data.matrix;
+  }
+
+  draw() {
+    for (const { id, ...figure } of this.data.charts) {
+      const { data, layout } = coloured(figure), place = document.querySelector(`#chart-${id} > div`);
+      Plotly.react(place, data, layoutOf(layout), QUIET);
+    }
+    const master = document.querySelector("#chart-master > div");
+    if (master && !master.dataset.clicks) {
+      master.dataset.clicks = "true";
+      master.on("plotly_click", ({ points: [{ x, curveNumber }] }) => {
+        const hunts = this.data.charts.find(({ id }) => id === "master").data[curveNumber].name.startsWith("predators");
+        this.play(hunts ? { predators: x } : { prey: x });
+      });
+    }
+    this.#matrix();
+  }
+
+  // Play champions of some generations, of those that are not named the last, of the run whose matrix is shown.
+  play({ predators, prey }) {
+    const run = this.run;
+    this.player.show({ predators: { run, generation: predators }, prey: { run, generation: prey }, start: 0 });
+    byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
+    this.player.play();
+  }
+
+  get run() {
+    const chosen = Number(byId("matrix-run").value || 0);
+    return this.player.sides[chosen] ? chosen : this.player.sides.findIndex(Boolean);
+  }
+
+  #matrix() {
+    const { matrix } = this.data, place = byId("matrix"), colour = palette();
+    const shown = matrix?.matrices[this.run];
+    if (!shown) return;
+    const [y, x] = [matrix.predators, matrix.prey];
+    const heat = {
+      type: "heatmap", z: shown, x, y, zmin: 0, zmax: matrix.top, colorscale: "Viridis", colorbar: { thickness: 10, outlinewidth: 0 },
+      hovertemplate: "predators of generation %{y}<br>prey of generation %{x}<br>%{z:.2f} of the prey caught<extra></extra>",
+    };
+    const here = { x: [this.player.prey?.generation ?? 0], y: [this.player.predators?.generation ?? 0], mode: "markers", hoverinfo: "skip",
+      marker: { symbol: "square-open", size: 11, color: "#ffffff", line: { width: 2 } }, showlegend: false };
+    const ends = (axis) => [axis[0], axis.at(-1)];
+    const both = { mode: "lines", x: ends(x), y: ends(y), hoverinfo: "skip", showlegend: false, line: { color: "#ffffff", width: 1, dash: "dot" } };
+    const title = (text) => ({ text, font: { color: colour("muted") } });
+    const layout = layoutOf({ hovermode: "closest", margin: { l: 50, r: 8, t: 6, b: 42 }, xaxis: { title: title("prey of generation") },
+      yaxis: { title: title("predators of generation") } });
+    Plotly.react(place, x.length > 1 && y.length > 1 ? [heat, both, here] : [heat], layout, QUIET);
+    if (!place.dataset.clicks) {
+      place.dataset.clicks = "true";
+      place.on("plotly_click", ({ points }) => {
+        const cell = points.find((point) => point.curveNumber === 0);
+        if (cell) this.play({ predators: cell.y, prey: cell.x });
+      });
+    }
+  }
+
+  // Mark the match that is played.
+  mark(player) {
+    const place = byId("matrix");
+    if (place.data?.length !== 3) return;
+    Plotly.restyle(place, { x: [[player.prey.generation]], y: [[player.predators.generation]] }, [2]);
+  }
+}

@@ -1,0 +1,98 @@
+// Matches, played in the page by the translated rules.
+
+// A team is what Side.team() gives.
+class Game {
+  // env: the config of the world; rules: the same as compiled code reads it; memory: rows that each agent remembers.
+  constructor({ env, rules, memory }) {
+    this.env = env;
+    this.rules = rules;
+    this.kept = memory;
+    this.agents = rules.n_predators + rules.n_prey;
+  }
+
+  // Play two teams from a start, [[x, y], ...] with the predators first.
+  match(predators, prey, start) {
+    const { rules, agents } = this, memory = this.#begin(predators, prey, start);
+    const cells = [start.map((cell) => [...cell])], actions = [], caughtAt = Array(rules.n_prey).fill(Infinity);
+    while (!is_over(memory.world, memory.clock[0], rules)) {
+      _move(memory, predators, prey, rules);
+      cells.push(Array.from({ length: agents }, (_, i) => [memory.world.x[i], memory.world.y[i]]));
+      actions.push([...memory.actions]);
+      memory.world.alive.forEach((alive, j) => { if (!alive && caughtAt[j] === Infinity) caughtAt[j] = actions.length; });
+    }
+    return { start, cells, actions, caughtAt, length: actions.length, predators, prey };
+  }
+
+  #begin(predators, prey, start) {
+    const { rules, agents, kept } = this, cells = Object.assign([...start], { shape: [agents, 2] });
+    const seed = seed_of(cells), largest = (of) => Math.max(of(predators.controller), of(prey.controller));
+    const memory = {
+      world: worldAt(start, rules),
+      clock: new Int32Array(1),
+      actions: new Int32Array(agents),
+      kept: new Int32Array(agents * kept),
+      predator_weights: predators.weights,
+      prey_weights: prey.weights,
+      seen: new Float32Array(2 * rules.n_predators * rules.n_prey),
+      inputs: new Float32Array(largest((controller) => Math.max(...controller.fan_in)) + 1),
+      votes: new Float32Array(largest((controller) => controller.n_votes)),
+    };
+    for (let agent = 0; agent < agents; agent++) {
+      const hunted = agent >= rules.n_predators, number = agent - (hunted ? rules.n_predators : 0);
+      for (let row = 0; row < kept; row++) memory.kept[agent * kept + row] = first_memory(seed, hunted, number, row);
+    }
+    return memory;
+  }
+
+  // What an agent's networks say at a moment of a match: [{ inputs, outputs }, ...], and the sum of their votes.
+  // Nothing of a scripted team, whose action is all there is to see.
+  thoughts(match, step, agent) {
+    const { rules } = this, hunts = agent < rules.n_predators, team = hunts ? match.predators : match.prey;
+    if (team.scripted) return null;
+    const controller = team.controller;
+    const member = hunts ? agent : agent - rules.n_predators;
+    const seen = this.#view(match, step, agent, controller);
+    const n_actions = controller.blank.length, networks = [], genome = Math.floor(member / controller.n_together);
+    let at = genome * controller.fan_in.length * controller.n_hidden * controller.n_genes;
+    controller.fan_in.forEach((n_inputs, network) => {
+      const combiner = network === controller.n_networks;
+      const read = combiner
+        ? networks.flatMap((other) => [...other.outputs])
+        : controller.wiring[network].map((entry) => Math.fround(seen[entry] * controller.input_scale));
+      const inputs = Float32Array.from([...read, 1]), outputs = new Float32Array(n_actions);
+      add_votes(controller, team.weights, at, inputs, n_inputs, member % controller.n_together, outputs, 0);
+      networks.push({ combiner, inputs: read, outputs });
+      at += controller.n_hidden * controller.n_genes;
+    });
+    const votes = new Float32Array(n_actions), deciding = controller.combines ? networks.slice(-1) : networks;
+    for (const { outputs } of deciding) outputs.forEach((output, action) => { votes[action] += output; });
+    return { networks, votes };
+  }
+
+  // What an agent saw when it chose its next action; of a central controller what its whole team saw.
+  #view(match, step, agent, controller) {
+    const { rules } = this, hunts = agent < rules.n_predators;
+    const world = worldAt(match.cells[step], rules);
+    match.caughtAt.forEach((at, j) => { world.alive[j] = at > step ? 1 : 0; });
+    if (rules.prey_first && hunts && step < match.length) { // predators see where the prey went
+      move_prey(world, match.actions[step], rules);
+      capture(world, rules);
+    }
+    const seen = new Float32Array(2 * rules.n_predators * rules.n_prey);
+    if (controller.n_together === 1) {
+      observe(world, agent, rules, seen, 0);
+    } else {
+      const first = hunts ? 0 : rules.n_predators;
+      for (let each = 0, row = 0; each < controller.n_together; each++) row = observe(world, first + each, rules, seen, row);
+    }
+    return seen;
+  }
+}
+
+function worldAt(cells, rules) {
+  return {
+    x: Int32Array.from(cells, (cell) => cell[0]),
+    y: Int32Array.from(cells, (cell) => cell[1]),
+    alive: new Int32Array(rules.n_prey).fill(1),
+  };
+}

@@ -1,0 +1,199 @@
+// The player: which match, and where in it one is.
+
+const PACE = 12; // steps a second
+
+class Player {
+  constructor(data, on) {
+    const { env, thresholds, behaviours, moves } = data.world;
+    Object.assign(this, { data, env, thresholds, on });
+    this.game = new Game(data.world);
+    this.sides = data.runs.map((run) => run.sides && { predators: new Side(run.sides.predators), prey: new Side(run.sides.prey) });
+    this.painter = new Painter(byId("world"), env);
+    this.timeline = new Timeline(byId("timeline"), behaviours, (step) => this.seek(step));
+    this.thoughts = new Thoughts(byId("thoughts"), this.game, moves, (agent) => { this.agent = agent; this.draw(); });
+    this.agent = 0;
+    this.speed = 1;
+    this.time = 0;
+    this.playing = false;
+    this.#controls();
+  }
+
+  // Show a match: generations by number, of runs by number, from one of the starts or from cells.
+  show({ predators, prey, start, step = 0 }) {
+    const first = this.sides.findIndex(Boolean);
+    this.predators = this.#pick("predators", predators ?? this.predators ?? { run: first });
+    this.prey = this.#pick("prey", prey ?? this.prey ?? { run: first });
+    this.start = start ?? this.start ?? 0;
+    this.scene = this.played(this.predators, this.prey, this.start);
+    this.match = this.scene.match;
+    this.pause();
+    this.time = Math.min(step, this.match.length);
+    this.#settle();
+    this.draw();
+  }
+
+  // A match with all that is drawn of it.
+  played(predators, prey, start) {
+    const team = (side, { run, n }) => this.sides[run][side].team(n);
+    const cells = typeof start === "number" ? this.data.starts[start] : start;
+    const match = this.game.match(team("predators", predators), team("prey", prey), cells);
+    return { match, paths: new Paths(match, this.env), ...behavioursOf(match, this.env, this.thresholds) };
+  }
+
+  // The first start from which the last generations' match ends with every prey caught, or else with any.
+  eventful() {
+    const run = this.sides.find(Boolean), last = (side) => side.team(Math.max(0, side.generations.length - 1));
+    const caught = this.data.starts.map((start) => (
+      this.game.match(last(run.predators), last(run.prey), start).caughtAt.filter((at) => at < Infinity).length));
+    return caught.indexOf(Math.max(...caught));
+  }
+
+  // The kept generation that is nearest to the one asked for; without one, the last.
+  #pick(side, { run, generation, n }) {
+    const kept = this.sides[run][side].generations;
+    const wanted = n ?? (generation === undefined ? kept.length - 1 : nearest_of(kept, generation));
+    return { run, n: Math.max(0, Math.min(wanted, kept.length - 1)), generation: kept[Math.max(0, wanted)] };
+  }
+
+  draw() {
+    const step = Math.floor(this.time);
+    this.painter.paint(this.scene, this.time, { chosen: this.agent });
+    this.timeline.at(this.time);
+    byId("scrub").value = step;
+    byId("clock").textContent = `${step} / ${this.match.length}`;
+    if (step !== this.drawn || this.agent !== this.asked || this.match !== this.of) {
+      this.thoughts.show(this.match, step, this.agent);
+      Object.assign(this, { drawn: step, asked: this.agent, of: this.match });
+    }
+  }
+
+  play() {
+    if (this.time >= this.match.length) this.time = 0;
+    this.playing = true;
+    this.#toggled();
+    let last = performance.now();
+    const tick = (now) => {
+      if (!this.playing) return;
+      this.time = Math.min(this.match.length, this.time + ((now - last) / 1000) * PACE * this.speed);
+      last = now;
+      this.draw();
+      if (this.time >= this.match.length) this.pause();
+      else requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  }
+
+  pause() {
+    this.playing = false;
+    this.#toggled();
+  }
+
+  #toggled() {
+    byId("toggle").classList.toggle("playing", this.playing);
+    byId("toggle").ariaLabel = this.playing ? "pause" : "play";
+  }
+
+  seek(step) {
+    this.pause();
+    this.time = Math.max(0, Math.min(this.match.length, step));
+    this.draw();
+  }
+
+  // Everything that tells which match it is.
+  #settle() {
+    for (const side of ["predators", "prey"]) {
+      const { run, n, generation } = this[side], { name, generations } = this.sides[run][side];
+      byId(`${side}-run`).value = run;
+      Object.assign(byId(side), { max: Math.max(0, generations.length - 1), value: n, disabled: generations.length < 2 });
+      byId(`${side}-generation`).textContent = name ?? generation;
+      byId(side).setAttribute("aria-valuetext", name ?? `generation ${generation}`);
+    }
+    const given = typeof this.start === "number";
+    byId("start").value = given ? this.start : 0;
+    byId("start-name").textContent = given ? `${this.start + 1} of ${this.data.starts.length}` : "your own";
+    byId("scrub").max = this.match.length;
+    this.timeline.show(this.scene);
+    const times = this.match.caughtAt, caught = times.filter((at) => at < Infinity);
+    byId("result").textContent = caught.length
+      ? `${caught.length} of ${times.length} prey caught, ${caught.length > 1 ? "at steps" : "at step"} ${caught.sort((a, b) => a - b).join(", ")}.`
+      : `No prey is caught in ${this.match.length} steps.`;
+    this.on(this);
+  }
+
+  #controls() {
+    const { data } = this;
+    byId("toggle").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
+    byId("back").addEventListener("click", () => this.seek(Math.ceil(this.time) - 1));
+    byId("forward").addEventListener("click", () => this.seek(Math.floor(this.time) + 1));
+    byId("scrub").addEventListener("input", (event) => this.seek(Number(event.target.value)));
+    byId("speed").addEventListener("change", (event) => { this.speed = Number(event.target.value); });
+    byId("start").max = data.starts.length - 1;
+    byId("start").addEventListener("input", (event) => this.show({ start: Number(event.target.value) }));
+    for (const side of ["predators", "prey"]) {
+      const runs = byId(`${side}-run`);
+      fill(runs, data.runs.map((run, i) => [i, run.name, !run.sides]));
+      runs.addEventListener("change", () => this.show({ [side]: { ...this[side], n: undefined, run: Number(runs.value) } }));
+      byId(side).addEventListener("input", (event) => this.show({ [side]: { run: this[side].run, n: Number(event.target.value) } }));
+    }
+    document.addEventListener("keydown", (event) => this.#key(event));
+    this.#dragging();
+  }
+
+  #key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, button")) return;
+    const keys = {
+      " ": () => (this.playing ? this.pause() : this.play()),
+      ArrowLeft: () => this.seek(Math.ceil(this.time) - 1),
+      ArrowRight: () => this.seek(Math.floor(this.time) + 1),
+      Home: () => this.seek(0),
+      End: () => this.seek(this.match.length),
+    };
+    if (!keys[event.key]) return;
+    event.preventDefault();
+    keys[event.key]();
+  }
+
+  // Where everybody stands now is the new start, with the dragged agent where it is let go.
+  #dragging() {
+    const { canvas } = this.painter;
+    let cells = null, held = -1, moved = false;
+    const cellOf = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return this.painter.cellAt(event.clientX - box.left, event.clientY - box.top);
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      const here = this.match.cells[Math.floor(this.time)], at = cellOf(event);
+      const away = here.map((cell) => Math.hypot(...this.scene.paths.shortest(minus(cell, at))));
+      held = away.indexOf(Math.min(...away));
+      if (away[held] > Math.max(1, (3 * this.painter.radius) / this.painter.scale)) { held = -1; return; }
+      this.pause();
+      cells = here.map((cell) => [...cell]);
+      moved = false;
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (held < 0) return;
+      const at = cellOf(event);
+      if (at[0] === cells[held][0] && at[1] === cells[held][1]) return;
+      cells[held] = at;
+      moved = true;
+      this.show({ start: cells.map((cell) => [...cell]) });
+    });
+    canvas.addEventListener("pointerup", () => {
+      if (held >= 0 && !moved) this.agent = held;
+      held = -1;
+      this.draw();
+    });
+    canvas.addEventListener("pointercancel", () => { held = -1; });
+  }
+}
+
+const byId = (id) => document.getElementById(id);
+const nearest_of = (kept, generation) => kept.reduce((best, each, i) => (
+  Math.abs(each - generation) < Math.abs(kept[best] - generation) ? i : best), 0);
+
+// Options of a select, [[value, text, disabled], ...]; it hides where there is nothing to choose.
+function fill(select, options) {
+  select.replaceChildren(...options.map(([value, textContent, disabled]) => element("option", { value, textContent, disabled: Boolean(disabled) })));
+  select.hidden = options.length < 2;
+}

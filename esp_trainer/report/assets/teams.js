@@ -1,0 +1,31 @@
+// Champions as they come with the page.
+
+// One side of a run: its champions of some generations, or its script.
+class Side {
+  constructor({ role, name, script, controller, generations, genes }) {
+    this.role = role;
+    this.name = name; // of a script
+    this.script = tuple("number n_opponents n_actions in_turns", script ?? [0, 0, 0, false]);
+    this.controller = controller ?? { n_together: 1, fan_in: [0], n_votes: 0 };
+    this.generations = generations ?? [];
+    this.genes = genes ? floatsOf(genes) : new Float32Array(0);
+  }
+
+  get scripted() { return this.script.number !== 0; }
+
+  // The n-th of its teams; of a script there is one.
+  team(n) {
+    const { role, name, script, scripted, controller, generations } = this;
+    const each = this.genes.length / Math.max(1, generations.length);
+    return { role, name, script, scripted, controller, generation: generations[n], weights: this.genes.subarray(n * each, (n + 1) * each) };
+  }
+}
+
+function floatsOf(base64) {
+  return new Float32Array(Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer);
+}
+
+// A named tuple: its fields by name, and in order.
+function tuple(names, values) {
+  return Object.assign([...values], Object.fromEntries(names.split(" ").map((name, i) => [name, values[i]])));
+}

@@ -1,0 +1,63 @@
+// Why an agent moved: what each of its networks read and voted for, and the action that came of it.
+
+class Thoughts {
+  // choose: told the agent that was clicked.
+  constructor(place, game, moves, choose) {
+    Object.assign(this, { place, game, moves, choose });
+  }
+
+  nameOf(agent) {
+    const { n_predators } = this.game.rules;
+    return agent < n_predators ? `predator ${agent}` : `prey ${LETTERS[(agent - n_predators) % LETTERS.length]}`;
+  }
+
+  show(match, step, agent) {
+    const buttons = range(this.game.agents).map((each) => {
+      const button = element("button", { type: "button", textContent: this.nameOf(each), ariaPressed: String(each === agent) });
+      button.addEventListener("click", () => this.choose(each));
+      return button;
+    });
+    this.place.replaceChildren(element("div", {}, buttons), ...this.#why(match, step, agent));
+  }
+
+  #why(match, step, agent) {
+    const { rules } = this.game, name = this.nameOf(agent);
+    const say = (text) => [element("p", { className: "hint", textContent: text })];
+    if (agent >= rules.n_predators && match.caughtAt[agent - rules.n_predators] <= step) return say(`${name} is caught.`);
+    if (step >= match.length) return say("The match is over: nobody moves any more.");
+    const team = agent < rules.n_predators ? match.predators : match.prey, action = match.actions[step][agent];
+    const thoughts = this.game.thoughts(match, step, agent);
+    if (!thoughts) return say(`${name} goes ${this.moves[action]}, as its script ${team.name} says.`);
+    const actions = team.controller.blank.map((_, k) => this.moves[k]);
+    const head = element("tr", {}, [element("th"), ...actions.map((move, k) => (
+      element("th", { textContent: move, className: k === action ? "chosen" : "" })))]);
+    const rows = thoughts.networks.map((network, i) => this.#row(this.#reads(network, agent, i, team), network.outputs, action));
+    const total = this.#row(team.controller.combines ? "the combiner decides" : "sum of votes", thoughts.votes, action);
+    const how = team.controller.draws ? "drawn by the votes" : "the most votes";
+    return [element("table", {}, [
+      element("caption", { textContent: `Step ${step}: ${name} goes ${this.moves[action]} (${how})` }),
+      element("thead", {}, [head]), element("tbody", {}, rows), element("tfoot", {}, [total]),
+    ])];
+  }
+
+  #reads({ combiner, inputs }, agent, i, { controller }) {
+    if (combiner) return `network ${i + 1} reads the others' votes`;
+    const scale = controller.input_scale, hunts = agent < this.game.rules.n_predators;
+    const whom = controller.n_together > 1 ? null : controller.wiring[i].filter((_, k) => k % 2 === 0).map((entry) => entry / 2);
+    if (!whom) return `network ${i + 1} reads what its whole team sees`;
+    const seen = whom.map((each, k) => {
+      const offset = [inputs[2 * k], inputs[2 * k + 1]].map((part) => Math.round(part / scale));
+      return `${hunts ? LETTERS[each] : each} at (${offset.join(", ")})`;
+    });
+    return `network ${i + 1} reads ${hunts ? "prey" : "predator"} ${seen.join(", ")}`;
+  }
+
+  #row(name, outputs, action) {
+    const least = Math.min(0, ...outputs), widest = Math.max(1e-9, ...outputs) - least;
+    return element("tr", {}, [element("th", { textContent: name }), ...[...outputs].map((output, k) => {
+      const bar = element("i");
+      bar.style.width = `${(50 * (output - least)) / widest}px`;
+      return element("td", { className: k === action ? "chosen" : "" }, [bar, output.toFixed(3)]);
+    })]);
+  }
+}

@@ -1,0 +1,231 @@
+"""The charts of a page, as Plotly figures.
+
+Plotly, because it does what a chart of a run must do without further code: values under the pointer, clicks on
+cells, zoom, curves that the legend switches off, other colours by night, PNGs, phones. Its script comes with its
+package as one file, which stands in the page whole.
+
+Colours are names of the page's palette, ``@predators`` for example, as it has a light and a dark one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from esp_trainer.analysis.inference import interval_of_curves
+from esp_trainer.analysis.plots import smooth
+from esp_trainer.analysis.progress import master_tournament
+from esp_trainer.report.measure import SHOWN, Measured
+from esp_trainer.types import ROLES, Role
+
+Figure: TypeAlias = dict[str, Any]
+"""``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
+
+_WINDOW = 15  # generations that curves of success are smoothed over
+_DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+_RARE = 0.01  # behaviours whose rate stays below are switched off
+
+
+def charts(runs: Sequence[Measured]) -> list[Figure]:
+    """Every chart that there is something to draw in."""
+    drawn = [_success, _master, _others, _behaviours, _diversity, _weights, _timings]
+    return [figure for chart in drawn if (figure := chart(runs))["data"]]
+
+
+def matrix(runs: Sequence[Measured]) -> Figure | None:
+    """Who catches whom: the CIAO plot of both sides (Cliff & Miller 1995), for each run."""
+    played = [run.own for run in runs if run.own]
+    if not played:
+        return None
+    top = max(0.5, float(max(own.caught.max() for own in played)))
+    return {
+        "matrices": [_rounded(run.own.caught) if run.own else None for run in runs],
+        "predators": played[0].predators.tolist(),
+        "prey": played[0].prey.tolist(),
+        "episodes": played[0].n_episodes,
+        "top": top,
+    }
+
+
+def _rounded(values: np.ndarray) -> list[Any]:
+    """Numbers for JSON, which has no nan."""
+    numbers = np.round(values.astype(float), 4).astype(object)
+    numbers[np.isnan(values)] = None
+    return numbers.tolist()  # type: ignore[no-any-return]
+
+
+def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:
+    """A mean over runs ``(n_runs, n)`` with its 95% interval as a band behind it."""
+    mean, low, high = interval_of_curves(curves)
+    line = {"color": colour, "dash": _DASHES[number % len(_DASHES)], "width": 2}
+    curve = {"x": x.tolist(), "y": _rounded(mean), "name": name, "mode": "lines", "line": line, "legendgroup": name}
+    curve |= {"hovertemplate": f"%{{y:.3f}}<extra>{name}</extra>"} | more
+    if len(curves) < 2:
+        return [curve]
+    band = {
+        "x": [*x.tolist(), *x[::-1].tolist()],
+        "y": _rounded(np.concatenate([high, low[::-1]])),
+        "fill": "toself",
+        "fillcolor": colour,
+        "opacity": 0.2,
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+        "legendgroup": name,
+    }
+    return [band | more, curve]
+
+
+def _axes(y: str, **more: Any) -> dict[str, Any]:
+    return {"xaxis": {"title": {"text": "generation"}}, "yaxis": {"title": {"text": y}, "rangemode": "tozero"}, **more}
+
+
+def _success(runs: Sequence[Measured]) -> Figure:
+    curves = [run.source.curves for run in runs if run.source.curves]
+    data: list[Any] = []
+    kinds = {
+        "caught": ("prey caught", "@predators"),
+        "all_caught": ("all prey caught: predators succeed", "@attacker"),
+        "none_caught": ("none caught: prey succeed", "@prey"),
+    }
+    for number, (kind, (name, colour)) in enumerate(kinds.items()):
+        if curves:
+            values = smooth(np.stack([each[kind] for each in curves]), _WINDOW)
+            data += _curve(np.arange(values.shape[1]), values, name, colour, number)
+    layout = _axes("share", yaxis={"title": {"text": "share"}, "range": [0, 1]})
+    phases = runs[0].phases if len(runs) == 1 else ()
+    edge = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "@muted", "width": 1, "dash": "dot"}}
+    layout["shapes"] = [{**edge, "x0": phase.start, "x1": phase.start} for phase in phases[1:]]
+    changes = " Dotted lines are where a phase begins." if len(phases) > 1 else ""
+    return {
+        "id": "success",
+        "title": "Success, champion against champion",
+        "caption": f"Means over {_WINDOW} generations, from held-out starts.{changes} It moves with the opponent, so "
+        "it cannot say who became better.",
+        "data": data,
+        "layout": layout,
+    }
+
+
+def _master(runs: Sequence[Measured]) -> Figure:
+    played = [run.own for run in runs if run.own and run.progress]
+    data: list[Any] = []
+    if played:
+        both = [master_tournament(own.caught) for own in played]
+        data += _curve(
+            played[0].predators, np.stack([each.predators for each in both]), "predators: prey caught", "@predators"
+        )
+        data += _curve(played[0].prey, np.stack([each.prey for each in both]), "prey: not caught", "@prey", 1)
+    return {
+        "id": "master",
+        "title": "Master tournament",
+        "caption": "Each generation against all opponents of its run (Nolfi & Floreano 1998): a curve that rises is "
+        "progress. A click on a point plays that generation against the last of the other side.",
+        "data": data,
+        "layout": _axes("mean result", yaxis={"title": {"text": "mean result"}, "range": [0, 1]}),
+    }
+
+
+def _others(runs: Sequence[Measured]) -> Figure:
+    met = [(run.own, run.met_others) for run in runs if run.own and run.met_others]
+    data: list[Any] = []
+    if met:
+        rows = met[0][0].predators
+        data += _curve(rows, np.stack([m.predators.curve for _, m in met]), "predators: prey caught", "@predators")
+        data += _curve(rows, np.stack([m.prey.curve for _, m in met]), "prey: not caught", "@prey", 1)
+    return {
+        "id": "others",
+        "title": "Against opponents of other seeds",
+        "caption": "Whom they never met in training: progress here is not just an answer to the own opponents.",
+        "data": data,
+        "layout": _axes("mean result", yaxis={"title": {"text": "mean result"}, "range": [0, 1]}),
+    }
+
+
+def _behaviours(runs: Sequence[Measured]) -> Figure:
+    watched = [run.watched for run in runs if run.watched]
+    data: list[Any] = []
+    for number, name in enumerate(SHOWN):
+        rates = np.array([each.excess(name) for each in watched])
+        if not rates.size or np.isnan(rates).any():
+            continue
+        rare = {"visible": "legendonly"} if np.abs(rates.mean(axis=0)).max() < _RARE else {}
+        data += _curve(watched[0].generations, rates, name, f"@{number % 7}", number // 2, **rare)
+    return {
+        "id": "behaviours",
+        "title": "Behaviours",
+        "caption": "Share of episodes between contemporaries in which each is seen, less the share in which the same "
+        "motions show it by chance. Rare ones are switched off: the legend switches them on.",
+        "data": data,
+        "layout": _axes("share beyond chance", yaxis={"title": {"text": "share beyond chance"}}),
+    }
+
+
+def _both_roles(runs: Sequence[Measured], column: int) -> list[Any]:
+    data: list[Any] = []
+    for number, role in enumerate(ROLES):
+        values = [run.source.spreads[role][:, column] for run in runs if role in run.source.spreads]
+        if values:
+            data += _curve(np.arange(len(values[0])), np.stack(values), role, f"@{role}", number)
+    return data
+
+
+def _diversity(runs: Sequence[Measured]) -> Figure:
+    return {
+        "id": "diversity",
+        "title": "Diversity of the subpopulations",
+        "caption": "Standard deviation of a gene over the neurons of a subpopulation, mean over all.",
+        "data": _both_roles(runs, 0),
+        "layout": _axes("standard deviation"),
+    }
+
+
+def _weights(runs: Sequence[Measured]) -> Figure:
+    data = []
+    for number, role in enumerate(ROLES):
+        sizes = [_sizes(run, role) for run in runs if run.source.history and role in run.source.history.champions]
+        if sizes:
+            data += _curve(np.arange(len(sizes[0])), np.stack(sizes), f"{role}, champions", f"@{role}", number)
+    data += [{**trace, "opacity": 0.5 * trace.get("opacity", 1)} for trace in _named(_both_roles(runs, 1))]
+    return {
+        "id": "weights",
+        "title": "Scale of the weights",
+        "caption": "Mean size of a gene, in the champions and in all subpopulations.",
+        "data": data,
+        "layout": _axes("mean size"),
+    }
+
+
+def _named(traces: list[Any]) -> list[Any]:
+    """The curves of whole subpopulations, beside those of champions."""
+    return [
+        {**trace, "legendgroup": f"{trace['legendgroup']}, all", "name": f"{trace.get('name', '')}, all"}
+        for trace in traces
+    ]
+
+
+def _sizes(run: Measured, role: Role) -> np.ndarray:
+    """Mean size of the genes of each champion that a network reads (the others are 0)."""
+    assert run.source.history is not None
+    genes = np.abs(run.source.history.champions[role]).reshape(len(run.source.history.champions[role]), -1)
+    return np.asarray(genes.sum(axis=1) / np.maximum(1, (genes != 0).sum(axis=1)), float)
+
+
+def _timings(runs: Sequence[Measured]) -> Figure:
+    data = []
+    timed = [run.source.seconds for run in runs if run.source.seconds]
+    for number, phase in enumerate(timed[0] if timed else ()):
+        values = 1000 * np.stack([smooth(each[phase], _WINDOW) for each in timed if phase in each])
+        (curve,) = _curve(
+            np.arange(values.shape[1]), values.mean(axis=0)[None], phase.replace("_", " "), f"@{number % 7}"
+        )
+        data.append({**curve, "stackgroup": "all", "hovertemplate": f"%{{y:.2f}} ms<extra>{curve['name']}</extra>"})
+    return {
+        "id": "timings",
+        "title": "Time",
+        "caption": f"Wall time of a generation by phase, means over {_WINDOW} generations.",
+        "data": data,
+        "layout": _axes("milliseconds"),
+    }

@@ -1,0 +1,241 @@
+"""Rules as JavaScript: what is compiled for the trainer, translated for the page from the same source.
+
+Rules are written in a small part of Python (see :mod:`predprey_env.lanes`), so a small translator does. The page's
+worlds, scripts and networks are thereby the trainer's own, on every setting, and cannot drift from them. What
+JavaScript has no sign for (``fma`` and the like) is in ``assets/floats.js``.
+
+Numbers in JavaScript are 64-bit floats, so each result of arithmetic is rounded to 32 bits; a sum, product or quotient
+of 32-bit floats that is rounded twice is the same as one rounded once (Figueroa, When is double rounding innocuous?,
+1995). Rounding leaves integers below 2**24 alone; only random choices need larger ones (:mod:`~predprey_env.policies.
+chance`), and their products are taken modulo 2**32, as all that is kept of them is the low 31 bits.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from predprey_env import floats
+from predprey_env.policies import chance
+
+GIVEN = ("fma", "power_of_two", "as_float", "as_integer", "zeros", "add_products")
+"""Functions of :mod:`predprey_env.floats` that are written by hand for JavaScript."""
+
+_SIGNS: dict[type[ast.AST], str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Mod: "%",
+    ast.BitAnd: "&",
+    ast.BitOr: "|",
+    ast.BitXor: "^",
+    ast.RShift: ">>",
+    ast.Eq: "===",
+    ast.NotEq: "!==",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.And: "&&",
+    ast.Or: "||",
+    ast.Not: "!",
+    ast.USub: "-",
+}
+_ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)
+
+
+def translate(*rules: Callable[..., Any]) -> str:
+    """JavaScript functions for some rules and all that they call, each under its own name.
+
+    Raises :class:`ValueError` for what is not in the part of Python that rules are written in.
+    """
+    pending = [_source_of(rule) for rule in rules]
+    found: dict[str, Callable[..., Any]] = {}
+    texts: list[str] = []
+    while pending:
+        function = pending.pop(0)
+        name = function.__name__
+        if name in found:
+            if found[name] is not function:
+                raise ValueError(f"two rules are called {name}: in {found[name].__module__} and {function.__module__}")
+            continue
+        found[name] = function
+        translation = _Translation(function)
+        texts.append(translation.text)
+        pending += translation.called
+    return "\n\n".join(texts) + "\n"
+
+
+def _source_of(rule: Any) -> Callable[..., Any]:
+    """The Python function of a compiled one."""
+    return getattr(rule, "py_func", rule)  # type: ignore[no-any-return]
+
+
+class _Translation:
+    """One function; ``text`` is its JavaScript, ``called`` are the rules that it needs."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.called: list[Callable[..., Any]] = []
+        self._known = function.__globals__
+        self._of_integers = function.__module__ == chance.__name__
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+        assert isinstance(tree, ast.FunctionDef)
+        names = [argument.arg for argument in tree.args.args]
+        self._local = {*names, *(node.id for node in ast.walk(tree) if _is_stored(node))}  # type: ignore[attr-defined]
+        defaults = dict(zip(reversed(names), reversed(tree.args.defaults), strict=False))
+        arguments = [f"{n} = {self._value(defaults[n])}" if n in defaults else n for n in names]
+        summary = " ".join((ast.get_docstring(tree) or "").split("\n\n")[0].split())
+        body = self._block(tree.body)
+        fresh = sorted(self._local - set(names))
+        declared = [f"  let {', '.join(fresh)};"] if fresh else []
+        head = f"// {function.__module__}: {summary}\nfunction {tree.name}({', '.join(arguments)}) {{"
+        self.text = "\n".join([head, *declared, *body, "}"])
+
+    # -- statements -----------------------------------------------------------------------------------------------
+
+    def _block(self, statements: list[ast.stmt]) -> list[str]:
+        return [f"  {line}" for statement in statements for line in self._statement(statement)]
+
+    def _statement(self, node: ast.stmt) -> list[str]:
+        match node:
+            case ast.Expr(ast.Constant()):  # the docstring
+                return []
+            case ast.Expr(value):
+                return [f"{self._value(value)};"]
+            case ast.Return(None):
+                return ["return;"]
+            case ast.Return(value):
+                return [f"return {self._value(value)};"]  # type: ignore[arg-type]
+            case ast.Assign([target], value):
+                return [f"{self._target(target)} = {self._value(value)};"]
+            case ast.AnnAssign(target, _, ast.expr() as value):
+                return [f"{self._target(target)} = {self._value(value)};"]
+            case ast.AugAssign(target, operator, value):  # in rules, of counters alone
+                return [f"{self._target(target)} {_SIGNS[type(operator)]}= {self._plain(value)};"]
+            case ast.If(test, body, orelse):
+                lines = [f"if ({self._value(test)}) {{", *self._block(body)]
+                return [*lines, *(["} else {", *self._block(orelse)] if orelse else []), "}"]
+            case ast.For(ast.Name(i), ast.Call(ast.Name("range"), bounds), body, []):
+                first, last = ["0", *map(self._plain, bounds)][-2:]
+                return [f"for ({i} = {first}; {i} < {last}; {i}++) {{", *self._block(body), "}"]
+        raise self._cannot(node)
+
+    def _target(self, node: ast.expr) -> str:
+        if isinstance(node, ast.Tuple):
+            return f"[{', '.join(map(self._target, node.elts))}]"
+        return node.id if isinstance(node, ast.Name) else self._value(node)
+
+    # -- expressions ----------------------------------------------------------------------------------------------
+
+    def _value(self, node: ast.expr) -> str:
+        constant = self._constant(node)
+        if constant is not None:
+            return constant
+        match node:
+            case ast.Name(name):
+                return name if name in self._local else self._global(name)
+            case ast.Attribute(value, name):
+                return f"{self._value(value)}.{name}"
+            case ast.Subscript(value, index):
+                at = index.elts if isinstance(index, ast.Tuple) else [index]
+                return self._value(value) + "".join(f"[{self._plain(i)}]" for i in at)
+            case ast.Tuple(elements):
+                return f"[{', '.join(map(self._value, elements))}]"
+            case ast.Call(function, arguments, []):
+                return self._call(function, arguments)
+        return self._operation(node)
+
+    def _operation(self, node: ast.expr) -> str:
+        match node:
+            case ast.IfExp(test, body, orelse):
+                return f"({self._value(test)} ? {self._value(body)} : {self._value(orelse)})"
+            case ast.Compare(left, [operator], [right]):
+                return f"({self._value(left)} {_SIGNS[type(operator)]} {self._value(right)})"
+            case ast.BoolOp(operator, values):
+                return f"({f' {_SIGNS[type(operator)]} '.join(map(self._value, values))})"
+            case ast.UnaryOp(operator, operand):
+                return f"{_SIGNS[type(operator)]}{self._value(operand)}"
+            case ast.BinOp():
+                return self._arithmetic(node)
+        raise self._cannot(node)
+
+    def _plain(self, node: ast.expr) -> str:
+        """A number that counts, without the rounding."""
+        if isinstance(node, ast.BinOp) and isinstance(node.op, _ROUNDED) and self._constant(node) is None:
+            return f"({self._plain(node.left)} {_SIGNS[type(node.op)]} {self._plain(node.right)})"
+        return self._value(node)
+
+    def _arithmetic(self, node: ast.BinOp) -> str:
+        left, right = self._value(node.left), self._value(node.right)
+        if isinstance(node.op, ast.FloorDiv):
+            return f"Math.floor({left} / {right})"
+        plain = f"{left} {_SIGNS[type(node.op)]} {right}"
+        if not isinstance(node.op, _ROUNDED):
+            return f"({plain})"
+        if self._of_integers and not self._is_float(node.left):
+            return f"Math.imul({left}, {right})" if isinstance(node.op, ast.Mult) else f"({plain})"
+        return f"Math.fround({plain})"
+
+    def _call(self, function: ast.expr, arguments: list[ast.expr]) -> str:
+        name = function.id if isinstance(function, ast.Name) else None
+        match name, arguments:
+            case "load", [array, row]:
+                return f"{self._value(array)}[{self._plain(row)}]"
+            case "store", [array, row, value]:
+                return f"{self._value(array)}[{self._plain(row)}] = {self._value(value)}"
+            case "where", [mask, one, other]:
+                return f"({self._value(mask)} ? {self._value(one)} : {self._value(other)})"
+            case "len", [array]:
+                return f"{self._value(array)}.length"
+            case str(), _:
+                values = [self._value(argument) for argument in arguments]
+                names = getattr(self._known.get(name), "_fields", None)
+                if names:  # a named tuple
+                    fields = zip(names, values, strict=True)
+                    return f"({{ {', '.join(f'{field}: {value}' for field, value in fields)} }})"
+                return f"{self._global(name)}({', '.join(values)})"
+        raise self._cannot(function)
+
+    def _global(self, name: str) -> str:
+        """What a module knows by a name: a rule, or one of the functions that are given."""
+        known = self._known.get(name)
+        if name in GIVEN and known is getattr(floats, name):
+            return name
+        if not hasattr(known, "py_func") and not inspect.isfunction(known):
+            raise ValueError(f"{name} is no rule: {known!r}")
+        self.called.append(_source_of(known))
+        return _source_of(known).__name__
+
+    def _constant(self, node: ast.expr) -> str | None:
+        """A number that can be told now: a literal, a constant of the module, or what is made of these."""
+        names = [child for child in ast.walk(node) if isinstance(child, ast.Name)]
+        numbers = (int, float, np.number)
+        if any(name.id in self._local or not isinstance(self._known.get(name.id), numbers) for name in names):
+            return None
+        if any(
+            not isinstance(part, (ast.operator, ast.unaryop, ast.expr_context, *_FOLDED)) for part in ast.walk(node)
+        ):
+            return None
+        value = eval(compile(ast.Expression(node), "<rule>", "eval"), {name.id: self._known[name.id] for name in names})
+        return (
+            str(value).lower() if isinstance(value, bool) else repr(value.item() if hasattr(value, "item") else value)
+        )
+
+    def _is_float(self, node: ast.expr) -> bool:
+        return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "as_float"
+
+    def _cannot(self, node: ast.AST) -> ValueError:
+        return ValueError(f"rules do not hold such a thing: {ast.unparse(node)}")
+
+
+_FOLDED = (ast.Constant, ast.Name, ast.BinOp, ast.UnaryOp)
+
+
+def _is_stored(node: ast.AST) -> bool:
+    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)

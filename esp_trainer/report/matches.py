@@ -1,0 +1,73 @@
+"""What the page needs to play matches by itself: the world, the teams, the starts, and the rules as JavaScript."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.analysis.history import History
+from esp_trainer.coevolution.sides import side_config, side_controller
+from esp_trainer.evaluation.kernel import _move, seed_of
+from esp_trainer.report.javascript import translate
+from esp_trainer.types import ROLES, Controller, Role
+from predprey_env.config import MOVES, EnvConfig
+from predprey_env.dynamics import is_over
+from predprey_env.policies import ScriptedTeam
+from predprey_env.policies.protocol import MEMORY, first_memory
+
+
+def rules_in_javascript() -> str:
+    """All that a match is played by: a step of the world, who is asked in it, and how it begins and ends."""
+    return translate(_move, seed_of, first_memory, is_over)
+
+
+def world(env: EnvConfig) -> dict[str, Any]:
+    """A world as the page's ``Game`` and detectors read it."""
+    return {
+        "env": env.model_dump(),
+        "rules": env.rules._asdict(),
+        "memory": MEMORY,
+        "moves": MOVES,
+        "thresholds": asdict(Thresholds()),
+        "behaviours": {
+            name: {"meaning": detector.meaning, "who": detector.who}
+            for name, detector in BEHAVIOURS.items()
+            if detector.of_interaction
+        },
+    }
+
+
+def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, Any]:
+    """The champions of one side in some generations, their genes as base64 of little-endian float32; or its script."""
+    settings, env = side_config(history.config, role), history.config.env
+    if role not in history.champions:
+        script = ScriptedTeam.of(settings.policy, role, env).compiled(role, env, 0)
+        return {"role": role, "name": settings.policy, "script": list(script)}
+    genomes = history.champions[role][generations].astype("<f4")
+    return {
+        "role": role,
+        "generations": generations.tolist(),
+        "controller": controller(side_controller(history.config, role)),
+        "genes": base64.b64encode(genomes.tobytes()).decode(),
+    }
+
+
+def controller(networks: Controller) -> dict[str, Any]:
+    """A controller as the translated forward pass reads it."""
+    plain = {
+        **networks._asdict(),
+        "blank": [0] * len(networks.blank),
+        "input_scale": float(networks.input_scale),
+        "wiring": networks.wiring.tolist(),
+    }
+    return {**plain, "fan_in": networks.fan_in, "n_votes": networks.n_votes}
+
+
+def both(history: History, generations: np.ndarray) -> dict[Role, Any]:
+    """Both sides of a run."""
+    return {role: teams(history, role, generations) for role in ROLES}

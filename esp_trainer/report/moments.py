@@ -1,0 +1,91 @@
+"""Which matches a page begins with: of each phase, and of each behaviour, the moment that shows it best.
+
+Figures 4 and 6 of the paper show such moments, chosen by eye; here the detectors choose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.phases import Phase
+from esp_trainer.report.measure import SEEN, SHOWN, Measured, Watched
+
+
+def of_phases(runs: Sequence[Measured]) -> list[dict[str, Any]]:
+    """For each phase the behaviour that sets it apart from the rest of its run; of several runs, for those of the first
+    that was watched.
+    """
+    for number, run in enumerate(runs):
+        if run.watched and run.phases:
+            found = [_of_phase(number, run.watched, i, phase) for i, phase in enumerate(run.phases)]
+            return [moment for moment in found if moment]
+    return []
+
+
+def _of_phase(number: int, watched: Watched, i: int, phase: Phase) -> dict[str, Any] | None:
+    inside = (watched.generations >= phase.start) & (watched.generations < phase.end)
+    if not inside.any():
+        return None
+    seen = [name for name in SHOWN if any(name in watched.moments[at] for at in np.flatnonzero(inside))]
+    if not seen:
+        return None
+    often = {name: float(watched.excess(name)[inside].mean()) for name in seen}
+    apart = {name: often[name] - float(watched.excess(name).mean()) for name in seen}
+    name = max(seen, key=lambda name: apart[name])
+    marked = apart[name] >= SEEN
+    if not marked:
+        name = max(seen, key=lambda name: often[name])
+    excess = watched.excess(name)
+    at = max((at for at in np.flatnonzero(inside) if name in watched.moments[at]), key=lambda at: excess[at])
+    title = f"Phase {i + 1}: generations {phase.start} to {phase.end - 1}"
+    what = f"What sets it apart most is {name}" if marked else f"Nothing sets it apart; most often it is {name}"
+    text = (
+        f"{phase.mean:.2f} of the prey caught. {what}: in {100 * often[name]:.0f}% of its episodes beyond chance, "
+        f"{100 * excess.mean():.0f}% in the whole run."
+    )
+    return {"title": title, "text": text, **_moment(number, watched, int(at), name)}
+
+
+def of_behaviours(runs: Sequence[Measured]) -> list[dict[str, Any]]:
+    """Of each behaviour that was seen the moment from the run and generation in which it is seen most."""
+    found = []
+    for name in SHOWN:
+        seen = [
+            (float(run.watched.excess(name)[at]), number, at)
+            for number, run in enumerate(runs)
+            if run.watched
+            for at, moments in enumerate(run.watched.moments)
+            if name in moments
+        ]
+        if seen:
+            excess, number, at = max(seen)
+            watched = runs[number].watched
+            assert watched is not None
+            text = f"{BEHAVIOURS[name].meaning.capitalize()}. In {100 * excess:.0f}% of the episodes beyond chance."
+            found.append({"title": name.capitalize(), "text": text, **_moment(number, watched, at, name)})
+    return found
+
+
+def never_seen(runs: Sequence[Measured]) -> list[str]:
+    """The behaviours that could be asked for, and that no champion ever showed."""
+    watched = [run.watched for run in runs if run.watched]
+    asked = [name for name in SHOWN if watched and not np.isnan(watched[0].excess(name)).all()]
+    return [name for name in asked if not any(name in moments for each in watched for moments in each.moments)]
+
+
+def _moment(number: int, watched: Watched, at: int, name: str) -> dict[str, Any]:
+    """A moment as the player reads it."""
+    moment = watched.moments[at][name]
+    return {
+        "run": number,
+        "generation": int(watched.generations[at]),
+        "behaviour": name,
+        "start": moment.cells[0].tolist(),
+        "step": moment.step,
+        "until": moment.until,
+        "shown": moment.shown,
+    }

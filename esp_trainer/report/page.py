@@ -1,0 +1,170 @@
+"""The page: what was measured, the teams, and the scripts that show them, in one file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from html import escape
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+from plotly.offline import get_plotlyjs
+
+from esp_trainer.analysis.history import History
+from esp_trainer.config import RunConfig
+from esp_trainer.evaluation.starts import CellStarts
+from esp_trainer.files import write
+from esp_trainer.presets import PRESETS, preset
+from esp_trainer.report import charts, matches, moments
+from esp_trainer.report.measure import Measured, Settings, measure
+from esp_trainer.report.source import Source
+from esp_trainer.report.story import story
+from esp_trainer.seeding import stream
+
+_SCRIPTS = ("floats", "teams", "game", "behaviours", "painter", "timeline", "thoughts", "player", "charts", "main")
+_GENES = 2**22  # bytes of champions that a page holds: of more, those of some generations
+
+
+def write_page(
+    sources: Sequence[Source], out: Path, settings: Settings, say: Callable[[str], None], notes: Sequence[str] = ()
+) -> None:
+    """Measure runs, and write their page.
+
+    Args:
+        sources: Of one world and one length.
+        out: The file.
+        settings: How much is played.
+        say: Told what is being done.
+        notes: What else the reader must know.
+    """
+    runs = measure(sources, settings, say)
+    say("writing the page ...")
+    write(out, page(runs, notes).encode())
+
+
+def page(runs: Sequence[Measured], notes: Sequence[str] = ()) -> str:
+    """The page of some runs as HTML."""
+    sources = [run.source for run in runs]
+    lines = story(runs)
+    data = {
+        "world": matches.world(sources[0].config.env),
+        "runs": _teams(runs),
+        "starts": _starts(runs),
+        "moments": [*moments.of_phases(runs), *moments.of_behaviours(runs)],
+        "matrix": charts.matrix(runs),
+        "charts": charts.charts(runs),
+    }
+    return Template(_asset("page.html")).substitute(
+        title=escape(_title(sources)),
+        subtitle=escape(_subtitle(sources)),
+        story="\n".join(f"<li>{escape(line)}</li>" for line in lines),
+        missing="\n".join(
+            f"<li>{escape(line)}</li>" for line in [*notes, *_missing(sources, moments.never_seen(runs))]
+        ),
+        config=_config(sources[0].config),
+        version=escape(f"predprey-esp {version('predprey-esp')}"),
+        style=_asset("style.css"),
+        plotly=get_plotlyjs(),
+        data=_json(data),
+        scripts="\n".join([_asset("floats.js"), matches.rules_in_javascript(), *map(_script, _SCRIPTS[1:])]),
+    )
+
+
+def _asset(name: str) -> str:
+    return (files(__package__) / "assets" / name).read_text("utf-8")
+
+
+def _script(name: str) -> str:
+    return _asset(f"{name}.js")
+
+
+def _json(data: Any) -> str:
+    """JSON that ends no script, whatever the names in it."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _title(sources: Sequence[Source]) -> str:
+    return sources[0].name if len(sources) == 1 else f"{sources[0].name} and {len(sources) - 1} more"
+
+
+def _subtitle(sources: Sequence[Source]) -> str:
+    config, env = sources[0].config, sources[0].config.env
+    seeds = ", ".join(str(source.config.seed) for source in sources)
+    presets = ", ".join(dict.fromkeys(source.config.preset for source in sources))
+    return (
+        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {len(sources[0])} of {config.generations} "
+        f"generations, {env.n_predators} predators against {env.n_prey} prey on a torus of {env.size} by {env.size}"
+    )
+
+
+def _missing(sources: Sequence[Source], unseen: list[str]) -> list[str]:
+    of_runs: dict[str, list[str]] = {}
+    for source in sources:
+        for line in source.missing:
+            of_runs.setdefault(line, []).append(source.name)
+    several = len(sources) > 1
+    lines = [f"{_names(names, sources)}: {line}" if several else line for line, names in of_runs.items()]
+    if len(sources[0]) < sources[0].config.generations:
+        lines.append(f"The run has {len(sources[0])} of its {sources[0].config.generations} generations so far.")
+    if unseen:
+        lines.append(f"Never seen: {', '.join(unseen)}.")
+    return lines
+
+
+def _names(names: list[str], sources: Sequence[Source]) -> str:
+    return "All runs" if len(names) == len(sources) else ", ".join(names)
+
+
+def _teams(runs: Sequence[Measured]) -> list[dict[str, Any]]:
+    """Both sides of each run: champions of all generations if there is room, else of those that were measured."""
+    histories = [run.source.history for run in runs]
+    size = sum(array.nbytes for history in histories if history for array in history.champions.values())
+    return [
+        {
+            "name": run.source.name,
+            "sides": matches.both(history, _kept(run, history, whole=size <= _GENES)) if history else None,
+        }
+        for run, history in zip(runs, histories, strict=True)
+    ]
+
+
+def _kept(run: Measured, history: History, *, whole: bool) -> np.ndarray:
+    if whole or run.own is None or run.watched is None:
+        return np.arange(len(history))
+    played = run.own.predators if "predators" in history.champions else run.own.prey
+    return np.union1d(played, run.watched.generations)
+
+
+def _starts(runs: Sequence[Measured]) -> list[Any]:
+    """Those of the cross-play, so that a cell of the matrix is a mean over just these."""
+    played = [run.own for run in runs if run.own]
+    if not played:
+        return []
+    starts = CellStarts(runs[0].source.config.env).held_out(stream(0, "cross-play"), played[0].n_episodes)
+    return starts[:, 0].tolist()  # type: ignore[no-any-return]
+
+
+def _config(config: RunConfig) -> str:
+    """Every field, those that differ from the preset marked."""
+    usual = dict(_flat(preset(config.preset).model_dump())) if config.preset in PRESETS else None
+    rows = []
+    for name, value in _flat(config.model_dump()):
+        changed = usual is not None and name not in ("preset", "seed") and usual.get(name) != value
+        mark = (
+            f' class="changed" title="{escape(config.preset)} has {escape(str(usual[name]))}"'
+            if usual and changed
+            else ""
+        )
+        rows.append(f"<div{mark}><dt>{escape(name)}</dt><dd>{escape(str(value))}</dd></div>")
+    return "\n".join(rows)
+
+
+def _flat(tree: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    for name, value in tree.items():
+        found += _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
+    return found

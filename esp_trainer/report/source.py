@@ -1,0 +1,148 @@
+"""What a run directory holds that can be shown, and what is missing from it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.analysis.history import CURVES, History, curves_of
+from esp_trainer.coevolution.sides import EvolvingSide, side_config
+from esp_trainer.config import RunConfig
+from esp_trainer.esp.team import Team
+from esp_trainer.files import DamagedFileError
+from esp_trainer.run.checkpoint import load_checkpoint
+from esp_trainer.run.directory import RunDirectory, whole_lines
+from esp_trainer.types import ROLES, Role
+
+
+@dataclass(frozen=True)
+class Source:
+    """A run as far as it is whole."""
+
+    name: str
+    path: Path
+    config: RunConfig
+    history: History | None
+    """Champions and curves of the same generations; None where there is no champion, and nothing can be played. Where
+    the log is lost its curves are nan."""
+    curves: dict[str, np.ndarray]
+    """As :attr:`History.curves`; empty where the log is lost."""
+    spreads: dict[Role, np.ndarray]
+    """Of each evolving side ``(n_generations, 2)``: diversity and scale of its subpopulations; empty if not logged."""
+    seconds: dict[str, np.ndarray]
+    """Wall time of each generation by phase, ``(n_generations,)``; empty if not logged."""
+    missing: tuple[str, ...]
+    """What could not be read, and why."""
+
+    def __len__(self) -> int:
+        return len(self.history) if self.history else len(self.curves["caught"])
+
+    def first(self, n: int) -> Source:
+        """Its first generations alone."""
+        curves = {name: curve[:n] for name, curve in self.curves.items()}
+        history = self.history and self.history.first(n)
+        spreads = {role: values[:n] for role, values in self.spreads.items()}
+        return replace(self, history=history, curves=curves, spreads=spreads)
+
+
+def read(path: Path) -> Source:
+    """Read a run that is over, in progress or damaged.
+
+    Raises :class:`FileNotFoundError` where there is no run, :class:`DamagedFileError` if its config cannot be read, and
+    :class:`ValueError` if it has no generation yet.
+    """
+    directory = RunDirectory(path)
+    config = directory.read_config()
+    missing: list[str] = []
+    records = _records(directory.metrics_file, missing)
+    champions = _champions(directory, config, missing)
+    lengths = [len(array) for array in champions.values()] + ([len(records)] if records else [])
+    n = min(lengths, default=0)
+    if not n:
+        raise ValueError("; ".join([f"{path} has no generation yet: there is nothing to show", *missing]))
+    curves = curves_of(records[:n]) if records else {}
+    unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in CURVES}
+    history = History(config, {r: a[:n] for r, a in champions.items()}, curves or unknown) if champions else None
+    return Source(
+        name=path.resolve().name,
+        path=path,
+        config=config,
+        history=history,
+        curves=curves,
+        spreads=_spreads(records[:n], missing),
+        seconds=_seconds(directory.timing_file, n, missing),
+        missing=tuple(missing),
+    )
+
+
+def _records(log: Path, missing: list[str]) -> list[dict[str, Any]]:
+    """The lines of the log up to the first that is damaged."""
+    if not log.exists():
+        missing.append(f"There is no {log.name}: no curves of success.")
+    records: list[dict[str, Any]] = []
+    for line in whole_lines(log):
+        try:
+            record = json.loads(line)
+            curves_of([record])
+            if record["generation"] != len(records):
+                raise ValueError(f"it is not generation {len(records)}")
+        except (ValueError, TypeError, KeyError, RecursionError):
+            missing.append(f"{log.name} is damaged: its line {len(records) + 1} and those after it are left out.")
+            break
+        records.append(record)
+    return records
+
+
+def _champions(directory: RunDirectory, config: RunConfig, missing: list[str]) -> dict[Role, np.ndarray]:
+    """Those of the checkpoint, or if that cannot be read the files of each generation up to one that is not whole."""
+    try:
+        sides, _ = load_checkpoint(directory.checkpoint_file, config)
+        return {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
+    except FileNotFoundError:
+        pass  # a run that has just begun
+    except ValueError as error:
+        missing.append(f"{error}: the champions' own files are read instead.")
+    found: dict[Role, np.ndarray] = {}
+    for role in [role for role in ROLES if side_config(config, role).policy == "esp"]:
+        genomes: list[np.ndarray] = []
+        while (file := directory.champion_file(role, len(genomes))).exists():
+            try:
+                genomes.append(Team.load(file).genomes)
+            except DamagedFileError as error:
+                missing.append(f"{error}: it and later champions are left out.")
+                break
+        if not genomes:
+            missing.append(f"{directory.champions.name} holds no {role}: no match can be played.")
+            return {}
+        found[role] = np.stack(genomes)
+    return found
+
+
+def _spreads(records: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.ndarray]:
+    try:
+        roles: list[Role] = list(records[0]["subpopulations"]) if records else []
+        return {
+            role: np.array(
+                [[record["subpopulations"][role][name] for name in ("diversity", "scale")] for record in records], float
+            )
+            for role in roles
+        }
+    except (KeyError, TypeError, ValueError):
+        missing.append(
+            "The log does not say how diverse the subpopulations were: it was made before that was recorded."
+        )
+        return {}
+
+
+def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, np.ndarray]:
+    try:
+        records = [json.loads(line) for line in whole_lines(log)[:n]]
+        phases = [name for name in records[0] if name != "generation"]
+        return {phase: np.array([record[phase] for record in records], float) for phase in phases}
+    except (ValueError, TypeError, KeyError, IndexError, RecursionError):
+        missing.append(f"{log.name} cannot be read: no timings.")
+        return {}

@@ -1,0 +1,156 @@
+"""The story of a page in five lines, each with its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from esp_trainer.analysis.games import decompose
+from esp_trainer.analysis.inference import against, over_seeds
+from esp_trainer.analysis.progress import early_late, two_sided
+from esp_trainer.report.measure import SEEN, SHOWN, Measured
+from esp_trainer.types import ROLES, Role
+
+NOTABLE = 0.02
+"""Share of the prey: a single run that gains no more than this is said to have made no progress. Over runs the interval
+decides."""
+
+_MEANS = {"predators": "late predators catch {} of the prey more", "prey": "late prey are caught {} less"}
+
+
+def story(runs: Sequence[Measured]) -> list[str]:
+    """Did both sides progress, how strongly, does it go in circles, when did phases change, which behaviours came."""
+    lines = [_progress(runs), _met_others(runs) or _corners(runs), _circles(runs), _phases(runs), _behaviours(runs)]
+    return [line for line in lines if line]
+
+
+def _progress(runs: Sequence[Measured]) -> str:
+    both = [run.progress for run in runs if run.progress]
+    if not both:
+        return _without_progress(runs)
+    strengths = {role: [getattr(each, role).strength for each in both] for role in ROLES}
+    return (
+        f"{_verdict(strengths)}: against the same opponents of their run, {_words(strengths)}; the lesser side gains "
+        f"{_figure([two_sided(each) for each in both])}."
+    )
+
+
+def _met_others(runs: Sequence[Measured]) -> str:
+    both = [run.met_others for run in runs if run.met_others]
+    if not both:
+        return ""
+    strengths = {role: [getattr(each, role).strength for each in both] for role in ROLES}
+    lesser = [two_sided(each) for each in both]
+    return (
+        f"Against opponents of other seeds, whom they never met, {_words(strengths)}; the lesser side gains "
+        f"{_figure(lesser)}, p {against(lesser).p:.2g}."
+    )
+
+
+def _words(strengths: dict[Role, list[float]]) -> str:
+    return ", ".join(_MEANS[role].format(_figure(strengths[role])) for role in ROLES)
+
+
+def _verdict(strengths: dict[Role, list[float]]) -> str:
+    """Who made progress: of several runs those whose interval is above 0."""
+    made = [role for role in ROLES if _low(strengths[role]) > (NOTABLE if len(strengths[role]) == 1 else 0)]
+    if len(made) == len(ROLES):
+        return "Both sides made progress"
+    return f"Only the {made[0]} made progress" if made else "Neither side made progress"
+
+
+def _low(values: list[float]) -> float:
+    return values[0] if len(values) == 1 else over_seeds(values).low
+
+
+def _figure(values: list[float]) -> str:
+    """A number, or a mean over runs with its interval."""
+    if len(values) == 1:
+        return f"{values[0]:.2f}"
+    estimate = over_seeds(values)
+    return f"{estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"
+
+
+def _without_progress(runs: Sequence[Measured]) -> str:
+    """What there is to say where no two sides evolved, or not long enough."""
+    curves = [run.own.caught.ravel() for run in runs if run.own]
+    if not curves:
+        return "No champion could be read, so nothing can be said of progress."
+    if len(curves[0]) == 1:
+        return "One generation says nothing of progress."
+    sixth = max(1, len(curves[0]) // 6)
+    early, late = ([float(curve[part].mean()) for curve in curves] for part in (slice(sixth), slice(-sixth, None)))
+    return f"Against a script: {_figure(early)} of the prey were caught early in the run, {_figure(late)} late."
+
+
+def _corners(runs: Sequence[Measured]) -> str:
+    corners = [early_late(run.own.caught) for run in runs if run.own and run.progress]
+    if not corners:
+        return ""
+    names = ("early_hunt_early", "late_hunt_early", "early_hunt_late", "late_hunt_late")
+    found = {name: _figure([getattr(corner, name) for corner in corners]) for name in names}
+    return (
+        f"Early predators catch {found['early_hunt_early']} of early prey, late ones {found['late_hunt_early']}; "
+        f"of late prey early predators catch {found['early_hunt_late']}, late ones {found['late_hunt_late']}."
+    )
+
+
+def _circles(runs: Sequence[Measured]) -> str:
+    played = [run.own for run in runs if run.own and run.progress and min(run.own.caught.shape) > 1]
+    shares = [1 - decompose(own.caught, own.n_episodes).transitive_share for own in played]
+    known = [share for share in shares if not np.isnan(share)]
+    if not known:
+        return ""
+    return (
+        f"Of who beats whom, {_figure(known)} depends on the opponent, as in rock, paper, scissors; the rest is a "
+        "ladder of strength."
+    )
+
+
+def _phases(runs: Sequence[Measured]) -> str:
+    dated = [run for run in runs if run.alternation]
+    if not dated:
+        return ""
+    if len(dated) > 1:
+        counts = [len(run.phases) for run in dated]
+        to_and_fro = sum(run.alternation.count > 1 and run.alternation.p <= 0.05 for run in dated if run.alternation)
+        return (
+            f"Success has {min(counts)} to {max(counts)} phases a run; in {to_and_fro} of {len(dated)} runs it goes to "
+            "and fro: it crosses its mean more than once, and as often by chance with p of at most 0.05."
+        )
+    (run,) = dated
+    assert run.alternation is not None
+    if len(run.phases) == 1:
+        return f"Success has no phases: {run.phases[0].mean:.2f} of the prey are caught from first to last."
+    changes = ", ".join(f"{phase.mean:.2f} from generation {phase.start}" for phase in run.phases)
+    return (
+        f"Success has {len(run.phases)} phases, by the prey caught: {changes}. It crosses its mean "
+        f"{_times(run.alternation.count)}; by chance as often with p = {run.alternation.p:.2g}."
+    )
+
+
+def _times(n: int) -> str:
+    return {0: "never", 1: "once", 2: "twice"}.get(n, f"{n} times")
+
+
+def _behaviours(runs: Sequence[Measured]) -> str:
+    watched = [run.watched for run in runs if run.watched]
+    if not watched:
+        return ""
+    seen, absent = [], []
+    for name in SHOWN:
+        rates = np.mean([each.excess(name) for each in watched], axis=0)
+        if np.isnan(rates).all():
+            continue
+        top = int(np.nanargmax(rates))
+        # One generation that is lucky in 24 is no behaviour: it must be seen on the whole.
+        if np.nanmean(rates) >= SEEN:
+            seen.append(
+                (float(rates[top]), f"{name} ({100 * rates[top]:.0f}% at generation {watched[0].generations[top]})")
+            )
+        else:
+            absent.append(name)
+    words = "; ".join(word for _, word in sorted(seen, reverse=True)) or "none"
+    rest = f" Next to none: {', '.join(absent)}." if absent else ""
+    return f"Behaviours beyond chance, with their peaks: {words}.{rest}"
