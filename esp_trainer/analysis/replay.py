@@ -1,23 +1,116 @@
-"""An episode of two policies, frame by frame."""
+"""An episode of two policies: kept whole, as text, and as pictures that say what is seen in them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
+import numpy as np
+
+from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
+from predprey_env.dynamics import World
 from predprey_env.policies import Policy
+from predprey_env.rendering import text
+
+_LONG_ENOUGH = 15  # steps that a name stays, as a moment's would be gone before it is read
+_WIDEST = 44  # letters of a caption
 
 
-def replay(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Iterator[str]:
-    """The world as text, before the first step and after each."""
-    world = PredPreyEnv(env, render_mode="ansi")
-    observations, _ = world.reset(seed=seed)
+@dataclass(frozen=True)
+class Episode:
+    """Every moment of an episode: the start, and what each call of ``step`` made of it (half a time step, where teams
+    move in turns).
+    """
+
+    env: EnvConfig
+    worlds: tuple[World, ...]
+    times: tuple[float, ...]
+    """In steps."""
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Everybody's cells after each whole step, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
+        whole = [world for world, time in zip(self.worlds, self.times, strict=True) if time == int(time)]
+        return np.stack([np.stack([world.x, world.y], axis=1) for world in whole])
+
+    def paths(self) -> Paths:
+        """The same as the behaviours' detectors read it, as one episode."""
+        trace = np.full((1, self.env.max_cycles + 1, self.env.n_agents, 2), -1, np.int32)
+        trace[0, : len(self.cells)] = self.cells
+        return Paths.of_trace(trace, self.env.n_predators, self.env.size, self.worlds[-1].alive[None] == 0)
+
+
+def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Episode:
+    """Let two policies play the episode of a seed."""
+    game = PredPreyEnv(env)
+    observations, _ = game.reset(seed=seed)
     predators.reset(seed)
     prey.reset(seed)
-    yield str(world.render())
-    while world.agents:
+    worlds, times = [_world(game)], [0.0]
+    while game.agents:
         hunters = {agent: seen for agent, seen in observations.items() if agent.startswith("predator")}
         hunted = {agent: seen for agent, seen in observations.items() if agent.startswith("prey")}
-        observations, *_ = world.step({**predators.act(hunters), **prey.act(hunted)})
-        yield str(world.render())
+        observations, *_ = game.step({**predators.act(hunters), **prey.act(hunted)})
+        worlds.append(_world(game))
+        times.append(float(game.state()[-1]) * env.max_cycles)
+    return Episode(env, tuple(worlds), tuple(np.round(times, 1).tolist()))
+
+
+def _world(game: PredPreyEnv) -> World:
+    n, state = game.config.n_agents, game.state().astype(np.int32)
+    return World(state[:n], state[n : 2 * n], state[2 * n : -1])
+
+
+def as_text(episode: Episode) -> Iterator[str]:
+    """A frame of text for each moment."""
+    for world, time in zip(episode.worlds, episode.times, strict=True):
+        yield text(world, episode.env, int(np.ceil(time)))
+
+
+def as_pictures(episode: Episode, fps: float) -> Iterator[np.ndarray]:
+    """An RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours that are seen.
+
+    Raises :class:`gymnasium.error.DependencyNotInstalled` without the extra ``render``.
+    """
+    from predprey_env.rendering.extra import require_pygame
+
+    require_pygame("a picture")
+    from predprey_env.rendering.viewer import Viewer
+
+    viewer, names = Viewer(episode.env, fps), captions(episode)
+    for world, time in zip(episode.worlds, episode.times, strict=True):
+        yield viewer.frame(world, time, names[int(time)]).copy()
+
+
+def captions(episode: Episode) -> list[str]:
+    """Which behaviours are seen after each whole step, or were just before: the rarer the earlier in the line, as many
+    as there is room for.
+    """
+    found = seen_in(episode)
+    lines = []
+    for step in range(len(episode.cells)):
+        names = [name for name, rows in found.items() if rows[max(0, step - _LONG_ENOUGH) : step + 1].any()]
+        names.sort(key=lambda name: int(found[name].sum()))
+        while len(", ".join(names)) > _WIDEST:
+            names.pop()
+        lines.append(", ".join(names))
+    return lines
+
+
+def seen_in(episode: Episode) -> dict[str, np.ndarray]:
+    """The whole steps, bool ``(n_steps + 1,)``, at which each behaviour is seen that is."""
+    paths, found = episode.paths(), {}
+    for name, detector in BEHAVIOURS.items():
+        askable = episode.env.n_predators >= detector.min_predators and episode.env.n_prey >= detector.min_prey
+        if not detector.of_interaction or not askable:
+            continue
+        rows = detector.rule(paths, Thresholds())
+        if rows.ndim == 1:  # a number for the episode: it is seen at its end
+            rows = (rows[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None])
+        if rows.any():
+            found[name] = rows[0, : len(episode.cells)]
+    return found

@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
+
+from gymnasium.error import DependencyNotInstalled
 
 from esp_trainer.cli import teams, training
 from esp_trainer.cli.overrides import describe, override, read_options, split
@@ -53,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
         _let_go_of_output()
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror}" if error.strerror else str(error))
-    except ValueError as error:
+    except (ValueError, DependencyNotInstalled) as error:
         return _fail(str(error))
 
 
@@ -83,17 +86,16 @@ def _run(arguments: list[str]) -> int:
 
 
 def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
-    if options.command == "train":
-        config = override(preset(options.preset), fields)
-        return training.train(config, options.out, options.threads, quiet=options.quiet)
-    if options.command == "resume":
-        return training.resume(options.directory, options.generations, options.threads, quiet=options.quiet)
+    if options.command in ("train", "resume"):
+        return _train(options, fields)
     if options.command == "evaluate":
         return teams.evaluate(options.team, options.against, options.episodes, options.seed)
     if options.command == "show":
         return teams.show(options.team)
     if options.command == "replay":
-        return teams.replay(options.team, options.against, options.seed, options.fps)
+        steps = range(options.first, sys.maxsize if options.last is None else options.last + 1)
+        videos = [video for video in (options.gif, options.mp4) if video]
+        return teams.replay(options.team, options.against, options.seed, options.fps, steps, videos)
     if options.command == "presets":
         return _presets(options.preset)
     if options.command == "teams":
@@ -101,14 +103,23 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
     return _analyse(options)
 
 
+def _train(options: argparse.Namespace, fields: list[str]) -> int:
+    following = training.Following(options.quiet, options.tensorboard)
+    if options.command == "resume":
+        return training.resume(options.directory, options.generations, options.threads, following)
+    return training.train(override(preset(options.preset), fields), options.out, options.threads, following)
+
+
 def _analyse(options: argparse.Namespace) -> int:
     """What needs SciPy and Matplotlib, which take a second to import."""
-    from esp_trainer.cli import analysis, behaviours, benchmark, report
+    from esp_trainer.cli import analysis, behaviours, benchmark, report, watch
     from esp_trainer.report.measure import Settings
 
     if options.command == "benchmark":
         settings = benchmark.Settings(options.role, options.task, options.episodes, options.seed, options.drawn)
         return benchmark.benchmark(options.policy, options.name, settings, options.out, options.leaderboard)
+    if options.command == "watch":
+        return watch.watch(options.run, options.fps)
     if options.command == "report":
         return report.report(options.runs, options.out, Settings(options.generations, options.episodes))
     if options.command == "behaviours":
@@ -152,11 +163,19 @@ def _parser() -> argparse.ArgumentParser:
     for each in (train, resume):
         each.add_argument("--threads", type=_positive, metavar="N", help="by default one for each core")
         each.add_argument("--quiet", action="store_true", help="a line for each checkpoint, and no progress bar")
+        each.add_argument("--tensorboard", action="store_true", help="write event files for TensorBoard too")
+    watch = command("watch", "follow a run live: its curves, and its newest champions at play")
+    watch.add_argument("run", type=Path, metavar="RUN", help="a directory in which train or resume is at work")
+    watch.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second")
 
     evaluate = command("evaluate", "play a team against another, and count")
     evaluate.add_argument("--episodes", type=_positive, default=1000, metavar="N")
-    replay = command("replay", "watch a team play another, as text")
-    replay.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second, on a terminal")
+    replay = command("replay", "watch a team play another, as text or as a video")
+    replay.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second")
+    replay.add_argument("--gif", type=_video(".gif"), metavar="FILE", help="write a GIF, with what is seen in it")
+    replay.add_argument("--mp4", type=_video(".mp4"), metavar="FILE", help="write an MP4 likewise")
+    replay.add_argument("--from", dest="first", type=_natural, default=0, metavar="STEP", help="begin there")
+    replay.add_argument("--until", dest="last", type=_natural, metavar="STEP", help="end there")
     for each in (evaluate, replay):
         each.add_argument("team", metavar="TEAM", help="a file from a run's champions/, or a team of the zoo")
         each.add_argument("--against", required=True, metavar="TEAM", help="likewise, or a script such as flee_nearest")
@@ -188,6 +207,15 @@ def _parser() -> argparse.ArgumentParser:
     presets = command("presets", "list the experiments, or every field of one")
     presets.add_argument("preset", nargs="?", metavar="PRESET")
     return parser
+
+
+def _video(suffix: str) -> Callable[[str], Path]:
+    def path(text: str) -> Path:
+        if Path(text).suffix.lower() != suffix:
+            raise argparse.ArgumentTypeError(f"must end in {suffix}, got {text!r}")
+        return Path(text)
+
+    return path
 
 
 def _natural(text: str) -> int:

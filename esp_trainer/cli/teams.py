@@ -5,11 +5,14 @@ from __future__ import annotations
 import difflib
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
-from esp_trainer.analysis.replay import replay as frames
+import numpy as np
+
+from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, match
 from esp_trainer.files import DamagedFileError
@@ -20,6 +23,9 @@ from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 from predprey_env.policies.scripted import NUMBERS
+from predprey_env.rendering import save_video
+
+_LAST_LOOK = 2  # seconds that the end of a video stays
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
@@ -90,19 +96,46 @@ def _changes(origin: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def replay(team: str, against: str, seed: int, fps: int) -> int:
-    """Play one episode as text."""
+def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Iterable[Path]) -> int:
+    """Play one episode as text, or into files that move."""
     players, env = _pair(team, against)
     policies: dict[Role, Policy] = {
         role: player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
         for role, player in players.items()
     }
+    episode = play(policies["predators"], policies["prey"], env, seed)
+    shown = [time in steps or int(time) in steps for time in episode.times]
+    if not any(shown):
+        raise ValueError(f"the episode ends at step {episode.times[-1]:.0f}, before --from {steps.start}")
+    if not any(videos):
+        _print(compress(as_text(episode), shown), fps)
+        return 0
+    for video in videos:
+        save_video(_with_last_look(compress(as_pictures(episode, fps), shown), fps), video, fps)
+        print(f"{video}: {_outcome(episode)}")
+    return 0
+
+
+def _print(frames: Iterable[str], fps: int) -> None:
     moving = sys.stdout.isatty()
-    for frame in frames(policies["predators"], policies["prey"], env, seed):
+    for frame in frames:
         print(("\x1b[H\x1b[2J" if moving else "") + frame, flush=True)
         if moving:
             time.sleep(1 / fps)
-    return 0
+
+
+def _with_last_look(pictures: Iterable[np.ndarray], fps: int) -> Iterator[np.ndarray]:
+    """The pictures, the last of them for longer."""
+    for picture in pictures:
+        yield picture
+    yield from [picture] * (_LAST_LOOK * fps)
+
+
+def _outcome(episode: Episode) -> str:
+    """An episode in a line."""
+    caught = int((episode.worlds[-1].alive == 0).sum())
+    seen = ", ".join(seen_in(episode)) or "no behaviour that is known"
+    return f"{caught} of {episode.env.n_prey} prey caught in {episode.times[-1]:.0f} steps; {seen}"
 
 
 def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:

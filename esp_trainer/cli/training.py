@@ -7,6 +7,7 @@ import shlex
 import signal
 import sys
 from collections import deque
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
@@ -16,22 +17,37 @@ from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
-from esp_trainer.run.trainer import Trainer
+from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
+from esp_trainer.run.trainer import Trainer, record
 from esp_trainer.types import Evaluator, ScriptedTeams
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # generations in the closing summary
 
 
-def train(config: RunConfig, out: Path | None, threads: int | None, *, quiet: bool) -> int:
+@dataclass(frozen=True)
+class Following:
+    """How a run is followed."""
+
+    quiet: bool = False
+    """A line for each checkpoint instead of a bar."""
+    tensorboard: bool = False
+    """Event files for TensorBoard in the run's directory."""
+
+
+def train(config: RunConfig, out: Path | None, threads: int | None, following: Following) -> int:
     """Begin a run."""
+    if following.tensorboard:
+        check_installed()
     directory = RunDirectory(out or Path("runs") / f"{config.preset}-seed{config.seed}")
     trainer = Trainer.start(directory, config, lambda config: _evaluator(config, threads))
-    return _run(trainer, quiet=quiet)
+    return _run(trainer, following)
 
 
-def resume(directory: Path, generations: int | None, threads: int | None, *, quiet: bool) -> int:
+def resume(directory: Path, generations: int | None, threads: int | None, following: Following) -> int:
     """Go on with a run."""
+    if following.tensorboard:
+        check_installed()
     trainer = Trainer.resume(RunDirectory(directory), lambda config: _evaluator(config, threads), generations)
     if trainer.done == trainer.config.generations:
         _say(f"{directory} has all its {trainer.done} generations; give --generations to go on")
@@ -41,7 +57,7 @@ def resume(directory: Path, generations: int | None, threads: int | None, *, qui
         if begun.get(name, now[name]) != now[name]:
             _say(f"begun with {name} {begun[name]}, now {now[name]}: the generations to come may be others")
     _say(f"going on with {directory} from generation {trainer.done}")
-    return _run(trainer, quiet=quiet)
+    return _run(trainer, following)
 
 
 def _evaluator(config: RunConfig, threads: int | None) -> Evaluator:
@@ -61,7 +77,7 @@ def _leave(number: int, _frame: FrameType | None) -> None:
     os._exit(128 + number)
 
 
-def _run(trainer: Trainer, *, quiet: bool) -> int:
+def _run(trainer: Trainer, following: Following) -> int:
     caught_signal: list[int] = []
 
     def stop(number: int, _frame: FrameType | None) -> None:
@@ -70,13 +86,16 @@ def _run(trainer: Trainer, *, quiet: bool) -> int:
 
     handlers = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     recent: deque[Generation] = deque(maxlen=_RECENT)
-    plain = quiet or not sys.stderr.isatty()
+    plain = following.quiet or not sys.stderr.isatty()
+    log = TensorBoardLog(trainer.directory.path / "tensorboard") if following.tensorboard else None
     try:
         with tqdm(
             total=trainer.config.generations, initial=trainer.done, unit="gen", bar_format=_BAR, disable=plain
         ) as bar:
             for generation in trainer.generations():
                 recent.append(generation)
+                if log:
+                    log.add(record(generation, generation.held_out.as_dict()), generation.seconds)
                 held_out = generation.held_out
                 rates = held_out.predators_succeed.rate, held_out.prey_succeed.rate
                 bar.set_description_str("predators {:.2f} prey {:.2f}".format(*rates), refresh=False)
@@ -84,6 +103,8 @@ def _run(trainer: Trainer, *, quiet: bool) -> int:
                 if plain and trainer.done % trainer.config.checkpoint_every == 0:
                     _say(f"generation {trainer.done}/{trainer.config.generations}: {_success(generation)}")
     finally:
+        if log:
+            log.close()
         for number, handler in handlers.items():
             signal.signal(number, handler)
     path = trainer.directory.path
@@ -123,7 +144,8 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
     pair = f"{_quoted(players['predators'])} --against {_quoted(players['prey'])}"
     print(f"  the curves    {trainer.directory.metrics_file}")
     print(f"  the teams     {trainer.directory.champions}/")
-    print(f"next:\n  esp-trainer replay {pair}\n  esp-trainer evaluate {pair}")
+    print(f"next:\n  esp-trainer report {_quoted(trainer.directory.path)}")
+    print(f"  esp-trainer replay {pair}\n  esp-trainer evaluate {pair}")
 
 
 def _quoted(argument: Path | str) -> str:

@@ -214,27 +214,26 @@ class _Translation:
 
     def _constant(self, node: ast.expr) -> str | None:
         """A number that can be told now: a literal, a constant of the module, or what is made of these."""
-        names = [child for child in ast.walk(node) if isinstance(child, ast.Name)]
-        numbers = (int, float, np.number)
-        if any(name.id in self._local or not isinstance(self._known.get(name.id), numbers) for name in names):
+        known: dict[str, Any] = {}
+        for part in ast.walk(node):
+            if isinstance(part, ast.Name):
+                known[part.id] = None if part.id in self._local else self._known.get(part.id)
+            elif isinstance(part, ast.Constant):
+                known[repr(part.value)] = part.value
+            elif not isinstance(part, (ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop, ast.expr_context)):
+                return None
+        if not all(isinstance(value, (int, float, np.number)) for value in known.values()):
             return None
-        if any(
-            not isinstance(part, (ast.operator, ast.unaryop, ast.expr_context, *_FOLDED)) for part in ast.walk(node)
-        ):
-            return None
-        value = eval(compile(ast.Expression(node), "<rule>", "eval"), {name.id: self._known[name.id] for name in names})
-        return (
-            str(value).lower() if isinstance(value, bool) else repr(value.item() if hasattr(value, "item") else value)
-        )
+        value = eval(compile(ast.Expression(node), "<rule>", "eval"), known)
+        if isinstance(value, bool):
+            return str(value).lower()
+        return repr(value.item() if isinstance(value, np.number) else value)
 
     def _is_float(self, node: ast.expr) -> bool:
         return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "as_float"
 
     def _cannot(self, node: ast.AST) -> ValueError:
         return ValueError(f"rules do not hold such a thing: {ast.unparse(node)}")
-
-
-_FOLDED = (ast.Constant, ast.Name, ast.BinOp, ast.UnaryOp)
 
 
 def _is_stored(node: ast.AST) -> bool:

@@ -15,7 +15,7 @@ from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
 from esp_trainer.run.checkpoint import load_checkpoint
-from esp_trainer.run.directory import RunDirectory, whole_lines
+from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.types import ROLES, Role
 
 
@@ -58,13 +58,13 @@ def read(path: Path) -> Source:
     directory = RunDirectory(path)
     config = directory.read_config()
     missing: list[str] = []
-    records = _records(directory.metrics_file, missing)
+    lines = _lines(directory.metrics_file, missing)
     champions = _champions(directory, config, missing)
-    lengths = [len(array) for array in champions.values()] + ([len(records)] if records else [])
+    lengths = [len(array) for array in champions.values()] + ([len(lines)] if lines else [])
     n = min(lengths, default=0)
     if not n:
         raise ValueError("; ".join([f"{path} has no generation yet: there is nothing to show", *missing]))
-    curves = curves_of(records[:n]) if records else {}
+    curves = curves_of(lines[:n]) if lines else {}
     unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in CURVES}
     history = History(config, {r: a[:n] for r, a in champions.items()}, curves or unknown) if champions else None
     return Source(
@@ -73,28 +73,26 @@ def read(path: Path) -> Source:
         config=config,
         history=history,
         curves=curves,
-        spreads=_spreads(records[:n], missing),
+        spreads=_spreads(lines[:n], missing),
         seconds=_seconds(directory.timing_file, n, missing),
         missing=tuple(missing),
     )
 
 
-def _records(log: Path, missing: list[str]) -> list[dict[str, Any]]:
+def _lines(log: Path, missing: list[str]) -> list[dict[str, Any]]:
     """The lines of the log up to the first that is damaged."""
     if not log.exists():
         missing.append(f"There is no {log.name}: no curves of success.")
-    records: list[dict[str, Any]] = []
-    for line in whole_lines(log):
+    found = records(log)
+    for number, record in enumerate(found):
         try:
-            record = json.loads(line)
             curves_of([record])
-            if record["generation"] != len(records):
-                raise ValueError(f"it is not generation {len(records)}")
-        except (ValueError, TypeError, KeyError, RecursionError):
-            missing.append(f"{log.name} is damaged: its line {len(records) + 1} and those after it are left out.")
+        except (ValueError, TypeError, KeyError):
+            found = found[:number]
             break
-        records.append(record)
-    return records
+    if len(found) < len(whole_lines(log)):
+        missing.append(f"{log.name} is damaged: its line {len(found) + 1} and those after it are left out.")
+    return found
 
 
 def _champions(directory: RunDirectory, config: RunConfig, missing: list[str]) -> dict[Role, np.ndarray]:
@@ -122,12 +120,12 @@ def _champions(directory: RunDirectory, config: RunConfig, missing: list[str]) -
     return found
 
 
-def _spreads(records: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.ndarray]:
+def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.ndarray]:
     try:
-        roles: list[Role] = list(records[0]["subpopulations"]) if records else []
+        roles: list[Role] = list(lines[0]["subpopulations"]) if lines else []
         return {
             role: np.array(
-                [[record["subpopulations"][role][name] for name in ("diversity", "scale")] for record in records], float
+                [[line["subpopulations"][role][name] for name in ("diversity", "scale")] for line in lines], float
             )
             for role in roles
         }
@@ -140,9 +138,9 @@ def _spreads(records: list[dict[str, Any]], missing: list[str]) -> dict[Role, np
 
 def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, np.ndarray]:
     try:
-        records = [json.loads(line) for line in whole_lines(log)[:n]]
-        phases = [name for name in records[0] if name != "generation"]
-        return {phase: np.array([record[phase] for record in records], float) for phase in phases}
+        lines = [json.loads(line) for line in whole_lines(log)[:n]]
+        phases = [name for name in lines[0] if name != "generation"]
+        return {phase: np.array([line[phase] for line in lines], float) for phase in phases}
     except (ValueError, TypeError, KeyError, IndexError, RecursionError):
         missing.append(f"{log.name} cannot be read: no timings.")
         return {}

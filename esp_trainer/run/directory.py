@@ -185,6 +185,16 @@ def whole_lines(path: Path) -> Sequence[bytes]:
     return [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
 
 
+def records(log: Path) -> list[dict[str, Any]]:
+    """The lines of a log, up to the first that is damaged."""
+    found: list[dict[str, Any]] = []
+    for line in whole_lines(log):
+        if _generation(line) != len(found):
+            break
+        found.append(json.loads(line))
+    return found
+
+
 def _generation(line: bytes) -> Any:
     try:
         return json.loads(line)["generation"]

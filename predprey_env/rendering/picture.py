@@ -44,15 +44,17 @@ class Painter:
         self._world = self._ground.copy()
         self._picture = pygame.Surface((SIDE, SIDE + HEADER), depth=32)
 
-    def paint(self, track: Track, progress: float = 1.0) -> pygame.Surface:
-        """The picture at the latest moment of a track, or on the way there: 0 the moment before, 1 the latest."""
+    def paint(self, track: Track, progress: float = 1.0, caption: str = "") -> pygame.Surface:
+        """The picture at the latest moment of a track, or on the way there: 0 the moment before, 1 the latest; with a
+        caption in the line above the world.
+        """
         now = track.time - (1 - progress) * track.duration
         self._world.blit(self._ground, (0, 0))
         self._draw_trails(track, now, progress)
         self._draw_agents(track, self._centres(track.cells - (1 - progress) * track.way), now)
         place = self._picture.subsurface((0, HEADER, SIDE, SIDE))
         pygame.transform.smoothscale(self._world, place.get_size(), place)
-        self._write_header(track, now)
+        self._write_header(track, now, caption)
         return self._picture
 
     def _centres(self, cells: np.ndarray) -> np.ndarray:
@@ -97,7 +99,7 @@ class Painter:
         box = sprite.get_rect(center=centre.round().tolist())
         self._world.blits([(sprite, box.move(shift)) for shift in _shifts(box)])
 
-    def _write_header(self, track: Track, now: float) -> None:
+    def _write_header(self, track: Track, now: float, caption: str) -> None:
         caught, n_prey = int((track.caught_at <= now).sum()), self._config.n_prey
         step = f"step {int(np.ceil(now))} / {self._config.max_cycles}"
         self._picture.fill(GRID, (0, 0, SIDE, HEADER))
@@ -105,6 +107,9 @@ class Painter:
         middle = HEADER // 2
         self._picture.blit(left, left.get_rect(midleft=(12, middle)))
         self._picture.blit(right, right.get_rect(midright=(SIDE - 12, middle)))
+        if caption:
+            written = sprites.write(caption, 26, PREDATOR)
+            self._picture.blit(written, written.get_rect(center=(SIDE // 2, middle)))
 
 
 def _ground(size: int) -> pygame.Surface:

@@ -28,10 +28,12 @@ class Viewer:
         self._config, self._painter = config, Painter(config)
         self._track: Track | None = None
 
-    def frame(self, world: World, time: float) -> np.ndarray:
-        """The world at a time, in steps, as an RGB picture: uint8 ``(height, width, 3)``; north is up."""
+    def frame(self, world: World, time: float, caption: str = "") -> np.ndarray:
+        """The world at a time, in steps, as an RGB picture: uint8 ``(height, width, 3)``; north is up. Above it stands
+        the caption.
+        """
         _, track = self._look(world, time)
-        return _as_array(self._painter.paint(track))
+        return _as_array(self._painter.paint(track, caption=caption))
 
     def show(self, world: World, time: float, *, last: bool) -> None:
         """The same in the window, which opens now at the latest; nothing if the user has closed it."""

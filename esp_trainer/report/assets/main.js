@@ -52,4 +52,4 @@ charts = new Charts(data, player ?? { sides: [], on() {} });
 theme(document.documentElement.dataset.theme);
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", () => { player?.draw(); });
-window.predprey = { data, player, charts, Game, Side, Paths, behavioursOf };
+window.predprey = { data, player, charts, Game, Side, Paths, behavioursOf, fma };

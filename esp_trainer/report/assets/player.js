@@ -71,10 +71,12 @@ class Player {
     if (this.time >= this.match.length) this.time = 0;
     this.playing = true;
     this.#toggled();
-    let last = performance.now();
+    const turn = (this.turn ?? 0) + 1; // what was playing before has no say any more
+    this.turn = turn;
+    let last = null;
     const tick = (now) => {
-      if (!this.playing) return;
-      this.time = Math.min(this.match.length, this.time + ((now - last) / 1000) * PACE * this.speed);
+      if (!this.playing || this.turn !== turn) return;
+      this.time = Math.min(this.match.length, this.time + ((now - (last ?? now)) / 1000) * PACE * this.speed);
       last = now;
       this.draw();
       if (this.time >= this.match.length) this.pause();

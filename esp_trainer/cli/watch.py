@@ -1,0 +1,142 @@
+"""``watch``: a run followed live on the terminal, its curves and a chase of its newest champions."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from esp_trainer.analysis.history import curves_of
+from esp_trainer.analysis.replay import Episode, as_text, play
+from esp_trainer.coevolution.sides import side_config
+from esp_trainer.config import RunConfig
+from esp_trainer.esp.team import Team
+from esp_trainer.run.directory import RunDirectory, records
+from esp_trainer.types import ROLES, Role
+from predprey_env.policies import Policy, ScriptedTeam
+
+_PATIENCE = 0.5  # seconds between looks at a run that has nothing new
+_CURVES = {
+    "caught": ("prey caught", "yellow"),
+    "all_caught": ("all caught: predators succeed", "red"),
+    "none_caught": ("none caught: prey succeed", "blue"),
+}
+_RECENT = 10  # generations in the figure beside a curve
+_CHASE = 46  # columns of the chase
+_BLOCKS = " ▁▂▃▄▅▆▇█"
+
+
+class _Log:
+    """The lines of a run's log, read anew when there are more."""
+
+    def __init__(self, file: Path) -> None:
+        self._file, self._size = file, -1
+        self._lines: list[dict[str, Any]] = []
+
+    def lines(self) -> list[dict[str, Any]]:
+        """All that are whole."""
+        size = self._file.stat().st_size if self._file.exists() else 0
+        if size != self._size:
+            self._size, self._lines = size, records(self._file)
+        return self._lines
+
+
+def watch(run: Path, fps: int) -> int:
+    """Follow a run until it is over, or somebody interrupts."""
+    directory = RunDirectory(run)
+    config = directory.read_config()
+    try:
+        if sys.stdout.isatty():
+            _live(directory, config, fps)
+        else:
+            _plain(directory, config)
+    except KeyboardInterrupt:
+        pass  # how one stops watching
+    return 0
+
+
+def _plain(directory: RunDirectory, config: RunConfig) -> None:
+    """A line for each generation."""
+    told, log = 0, _Log(directory.metrics_file)
+    while True:
+        known = log.lines()
+        for record in known[told:]:
+            rates = {name: record["held_out"][name]["rate"] for name in ("predators_succeed", "prey_succeed", "caught")}
+            print(
+                f"generation {record['generation'] + 1}/{config.generations}: predators succeed "
+                f"{rates['predators_succeed']:.2f}, prey {rates['prey_succeed']:.2f}, caught {rates['caught']:.2f}",
+                flush=True,
+            )
+        told = max(told, len(known))
+        if told >= config.generations:
+            return
+        time.sleep(_PATIENCE)
+
+
+def _live(directory: RunDirectory, config: RunConfig, fps: int) -> None:
+    console, log = Console(), _Log(directory.metrics_file)
+    with Live(console=console, screen=True, auto_refresh=False) as live:
+        while True:
+            done = len(log.lines())
+            episode = _chase(directory, config, done - 1) if done else None
+            for frame in as_text(episode) if episode else [""]:
+                title = f"champions of generation {done - 1}" if episode else ""
+                chase = Group(Text(title), Text(frame))
+                live.update(_beside(_curves(directory, config, log.lines(), console.width), chase), refresh=True)
+                time.sleep(1 / fps if episode else _PATIENCE)
+            if done >= config.generations:
+                break
+    console.print(f"{directory.path} has all its {config.generations} generations")
+
+
+def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episode | None:
+    """The newest champions' episode; None while their files are not there."""
+    policies: dict[Role, Policy] = {}
+    for role in ROLES:
+        script = side_config(config, role).policy
+        try:
+            policies[role] = (
+                Team.load(directory.champion_file(role, generation))
+                if script == "esp"
+                else ScriptedTeam.of(script, role, config.env)
+            )
+        except FileNotFoundError:  # a run that is being resumed goes back to its checkpoint
+            return None
+    return play(policies["predators"], policies["prey"], config.env, seed=generation)
+
+
+def _curves(directory: RunDirectory, config: RunConfig, known: list[dict[str, Any]], width: int) -> Group:
+    """The run, how far it is, and its curves."""
+    lines: list[Text] = [
+        Text(str(directory.path), style="bold", overflow="ellipsis", no_wrap=True),
+        Text(f"generation {len(known)} of {config.generations}"),
+    ]
+    if not known:
+        return Group(*lines, Text("waiting for the first generation ..."))
+    curves, room = curves_of(known), max(10, min(60, width - _CHASE))
+    for name, (meaning, colour) in _CURVES.items():
+        lines += [Text(), Text(f"{curves[name][-_RECENT:].mean():.2f} {meaning}")]
+        lines += [Text(line, style=colour) for line in chart(curves[name], room, 3)]
+    return Group(*lines)
+
+
+def _beside(left: Group, right: Group) -> Table:
+    grid = Table.grid(padding=(0, 2))
+    grid.add_row(left, right)
+    return grid
+
+
+def chart(values: np.ndarray, width: int, height: int) -> list[str]:
+    """Numbers in [0, 1] as columns of blocks, so many lines high: means where there are more numbers than columns."""
+    columns = min(width, len(values))
+    means = np.array([part.mean() for part in np.array_split(values, columns)])
+    eighths = np.clip(np.round(8 * height * means), 0, 8 * height).astype(int)
+    rows = [np.clip(eighths - 8 * row, 0, 8) for row in reversed(range(height))]
+    return ["".join(_BLOCKS[eighth] for eighth in row) for row in rows]

@@ -1,0 +1,161 @@
+"""Small runs, their pages, and a headless browser without a network to open them in."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from esp_trainer.cli import main
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+# A world in which prey are caught and behaviours seen all the time, and a run of it that takes two seconds.
+SMALL = [
+    *("--env.size", "24", "--env.max_cycles", "60", "--esp.n_trials", "80", "--esp.n_episodes", "2"),
+    *("--champion.n_candidates", "4", "--champion.n_held_out", "16"),
+]
+
+
+def train(place: Path, preset: str, *options: str) -> Path:
+    assert main(["train", preset, *SMALL, "--out", str(place), "--quiet", *options]) == 0
+    return place
+
+
+@pytest.fixture(scope="session")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Two runs of 24 generations that differ in their seed. Not to be changed."""
+    place = tmp_path_factory.mktemp("runs")
+    return [train(place / f"seed{seed}", "paper-3v2", "--seed", str(seed), "--generations", "24") for seed in (0, 1)]
+
+
+@pytest.fixture
+def run(runs: list[Path], tmp_path: Path) -> Path:
+    """A copy of the first of them, to be changed."""
+    return Path(shutil.copytree(runs[0], tmp_path / "run"))
+
+
+@pytest.fixture(scope="session")
+def report() -> Callable[..., int]:
+    """``report(*arguments)``: the command in this process, with little to play."""
+    return lambda *arguments: main(["report", *map(str, arguments), "--generations", "8", "--episodes", "8"])
+
+
+@pytest.fixture(scope="session")
+def page_file(runs: list[Path], report: Callable[..., int], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of the first run."""
+    place = tmp_path_factory.mktemp("pages") / "one.html"
+    assert report(runs[0], "--out", place) == 0
+    return place
+
+
+@pytest.fixture(scope="session")
+def pages_file(runs: list[Path], report: Callable[..., int], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of both runs."""
+    place = tmp_path_factory.mktemp("pages") / "two.html"
+    assert report(*runs, "--out", place) == 0
+    return place
+
+
+@pytest.fixture(scope="session")
+def data_of() -> Callable[[Path], dict[str, Any]]:
+    """``data_of(page)``: what a page was given."""
+
+    def read(page: Path) -> dict[str, Any]:
+        _, _, rest = page.read_text("utf-8").partition('<script type="application/json" id="data">')
+        return json.loads(rest.partition("</script>")[0])  # type: ignore[no-any-return]
+
+    return read
+
+
+# Chromium's own business with the network and the graphics card is switched off.
+_FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium: of the system, or the one that ``playwright install chromium`` brings. CI must have one."""
+    from playwright.sync_api import Error, sync_playwright
+
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    installed = next(filter(None, map(shutil.which, names)), None)
+    with sync_playwright() as playwright:
+        try:
+            found = playwright.chromium.launch(executable_path=installed, args=_FLAGS)
+        except Error as error:
+            if os.environ.get("CI"):
+                raise
+            pytest.skip(f"no Chromium to open pages in: {str(error).splitlines()[0]}")
+        yield found
+        found.close()
+
+
+@dataclass
+class Tab:
+    """A page that is open, and what it did that it must not."""
+
+    page: Page
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def __call__(self, script: str, argument: object = None) -> Any:
+        """Evaluate JavaScript in it."""
+        return self.page.evaluate(script, argument)
+
+    def until(self, condition: str) -> None:
+        """Wait until JavaScript is true. (Playwright's own waiting evaluates strings, which the page forbids.)"""
+        for _ in range(400):
+            if self.page.evaluate(f"() => Boolean({condition})"):
+                return
+            self.page.wait_for_timeout(25)
+        raise AssertionError(f"never came true: {condition}")
+
+    def assert_quiet(self) -> None:
+        """It complained of nothing and asked the network for nothing."""
+        assert self.complaints == []
+        assert self.requests == []
+
+
+def _listening(tab: Tab, file: Path) -> Tab:
+    tab.page.on("console", lambda message: tab.complaints.append(f"{message.type}: {message.text}"))
+    tab.page.on("pageerror", lambda error: tab.complaints.append(str(error)))
+    tab.page.on("request", lambda request: None if _inside(request.url, file) else tab.requests.append(request.url))
+    tab.page.goto(file.resolve().as_uri())
+    return tab
+
+
+@pytest.fixture(scope="session")
+def blank_tab(browser: Browser, page_file: Path) -> Iterator[Tab]:
+    """A page in whose scope games are played; what it shows does not matter."""
+    context = browser.new_context()
+    context.set_offline(True)
+    yield _listening(Tab(context.new_page()), page_file)
+    context.close()
+
+
+@pytest.fixture
+def open_page(browser: Browser) -> Iterator[Callable[..., Tab]]:
+    """``open_page(file, **context)``: a tab without a network, 1280 by 900 pixels if not told otherwise."""
+    contexts = []
+
+    def go(file: Path, **options: Any) -> Tab:
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
+        context.set_offline(True)
+        contexts.append(context)
+        return _listening(Tab(context.new_page()), file)
+
+    yield go
+    for context in contexts:
+        context.close()
+
+
+def _inside(url: str, file: Path) -> bool:
+    """Whether something comes from the page itself."""
+    return url.split("#")[0] == file.resolve().as_uri() or url.startswith(("data:", "blob:"))

@@ -1,0 +1,128 @@
+"""The translator of rules; whether the page plays as the trainer does is in ``test_page_plays.py``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from esp_trainer.report.javascript import translate
+from esp_trainer.report.matches import rules_in_javascript
+from predprey_env.compilation import rule
+from predprey_env.floats import as_float, fma
+from predprey_env.lanes import load, store, where
+from predprey_env.policies import chance
+
+HALF, ONE, FLAG, COUNT = np.float32(0.1), np.float32(1), True, 1 << 20
+
+
+@rule
+def halve(a: Any) -> Any:
+    """The half of a number,
+    or nearly.
+
+    More about it.
+    """
+    return a * HALF
+
+
+@rule
+def everything(world: Any, at: int, n: int = 3) -> Any:
+    """Most of what rules are made of."""
+    total = 0
+    for i in range(n):
+        for k in range(1, at + 1):
+            total += k
+        if i == 2 and not FLAG:
+            store(world.x, i + 1, where(load(world.x, i) < COUNT, halve(n), fma(as_float(at), ONE / 2, -ONE / 2)))
+        else:
+            world.y[i, 0] = -total // 2
+    one, other = total % 2, len(world.x) if n > 1 else 0
+    return one, other
+
+
+def test_a_rule_keeps_its_name_and_its_summary() -> None:
+    text = translate(halve)
+    assert f"// {__name__}: The half of a number, or nearly.\nfunction halve(a) {{\n" in text
+    assert "More about it" not in text
+
+
+def test_numbers_of_32_bits_are_written_out_in_full_and_results_rounded() -> None:
+    assert "return Math.fround(a * 0.10000000149011612);" in translate(halve)
+    assert float(np.float32(0.1)) == 0.10000000149011612
+
+
+def test_all_that_rules_are_made_of() -> None:
+    lines = [line.strip() for line in translate(everything).splitlines()]
+    assert lines[1:] == [
+        "function everything(world, at, n = 3) {",
+        "let i, k, one, other, total;",
+        "total = 0;",
+        "for (i = 0; i < n; i++) {",
+        "for (k = 1; k < (at + 1); k++) {",
+        "total += k;",
+        "}",
+        "if (((i === 2) && false)) {",
+        "world.x[(i + 1)] = ((world.x[i] < 1048576) ? halve(n) : fma(as_float(at), 0.5, -0.5));",
+        "} else {",
+        "world.y[i][0] = Math.floor(-total / 2);",
+        "}",
+        "}",
+        "[one, other] = [(total % 2), ((n > 1) ? world.x.length : 0)];",
+        "return [one, other];",
+        "}",
+        "",
+        f"// {__name__}: The half of a number, or nearly.",
+        "function halve(a) {",
+        "return Math.fround(a * 0.10000000149011612);",
+        "}",
+    ]
+
+
+def test_products_of_large_integers_keep_their_low_bits() -> None:
+    assert "((Math.imul(state, 1664525) + 1013904223) & 2147483647)" in translate(chance.advance)
+    assert "Math.floor(2147483648 / n)" in translate(chance.pick)
+    assert "Math.fround(as_float(state) * 4.656612873077393e-10)" in translate(chance.share)
+
+
+def test_each_rule_is_translated_once() -> None:
+    text = rules_in_javascript()
+    names = [line.split("(")[0] for line in text.splitlines() if line.startswith("function ")]
+    assert len(names) == len(set(names)) > 30
+    assert {"function step", "function observe", "function vote", "function draw", "function surround"} <= set(names)
+
+
+def loops(a: Any) -> Any:
+    while a > 0:
+        a = a - 1
+    return a
+
+
+def keyword(a: Any) -> Any:
+    return halve(a=a)
+
+
+def foreign(a: Any) -> Any:
+    return np.sin(a)
+
+
+def text(a: Any) -> Any:
+    return "a" + a
+
+
+def chained(a: Any) -> Any:
+    return 0 < a < 1
+
+
+@pytest.mark.parametrize("function", [loops, keyword, foreign, text, chained])
+def test_what_is_in_no_rule_is_refused(function: Any) -> None:
+    with pytest.raises(ValueError, match=r"rules do not hold|is no rule"):
+        translate(function)
+
+
+def test_two_rules_of_one_name_are_refused() -> None:
+    other = {"halve": rule(lambda a: a)}["halve"]
+    other.py_func.__name__ = "halve"
+    with pytest.raises(ValueError, match="two rules are called halve"):
+        translate(halve, other)
