@@ -46,7 +46,8 @@ class Source:
         curves = {name: curve[:n] for name, curve in self.curves.items()}
         history = self.history and self.history.first(n)
         spreads = {role: values[:n] for role, values in self.spreads.items()}
-        return replace(self, history=history, curves=curves, spreads=spreads)
+        seconds = {phase: values[:n] for phase, values in self.seconds.items()}
+        return replace(self, history=history, curves=curves, spreads=spreads, seconds=seconds)
 
 
 def read(path: Path) -> Source:
@@ -139,6 +140,8 @@ def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.n
 def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, np.ndarray]:
     try:
         lines = [json.loads(line) for line in whole_lines(log)[:n]]
+        if len(lines) < n:
+            raise ValueError(f"{len(lines)} of {n}")
         phases = [name for name in lines[0] if name != "generation"]
         return {phase: np.array([line[phase] for line in lines], float) for phase in phases}
     except (ValueError, TypeError, KeyError, IndexError, RecursionError):

@@ -1,0 +1,70 @@
+"""The charts' figures, from numbers that are made up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from esp_trainer.analysis.history import CURVES, History
+from esp_trainer.config import RunConfig
+from esp_trainer.report.charts import charts, matrix
+from esp_trainer.report.measure import Measured
+from esp_trainer.report.source import Source
+
+N = 30
+
+
+def source(level: float) -> Source:
+    curves = {name: np.full((N, 2) if name.startswith("trials") else N, level) for name in CURVES}
+    champions = {"predators": np.full((N, 3, 2, 10, 7), level, np.float32)}
+    history = History(RunConfig(), champions, curves)  # type: ignore[arg-type]
+    spreads = {"predators": np.stack([np.full(N, level), np.full(N, 2 * level)], axis=1)}
+    seconds = {"trials": np.full(N, level / 10)}
+    return Source("run", Path("run"), RunConfig(), history, curves, spreads, seconds, ())  # type: ignore[arg-type]
+
+
+def figures(*runs: Measured) -> dict[str, Any]:
+    return {figure["id"]: figure for figure in charts(runs)}
+
+
+def test_there_is_a_chart_of_all_that_is_known_and_of_nothing_else() -> None:
+    assert set(figures(Measured(source(0.5)))) == {"success", "diversity", "weights", "timings"}
+    without = replace(source(0.5), spreads={}, seconds={}, history=None)
+    assert set(figures(Measured(without))) == {"success"}
+    assert matrix([Measured(without)]) is None
+
+
+def test_a_run_is_a_line_and_several_are_their_mean_in_a_band() -> None:
+    (one,) = figures(Measured(source(0.2)))["diversity"]["data"]
+    assert one["y"] == [0.2] * N
+    band, mean = figures(Measured(source(0.2)), Measured(source(0.4)))["diversity"]["data"]
+    assert mean["y"] == pytest.approx([0.3] * N)
+    half = 12.706 * 0.1414 / np.sqrt(2)  # Student's of one degree of freedom, times the standard error
+    assert band["y"][:N] == pytest.approx([0.3 + half] * N, abs=1e-3)
+    assert band["y"][N:] == pytest.approx([0.3 - half] * N, abs=1e-3)
+    assert band["x"] == [*range(N), *reversed(range(N))]
+
+
+def test_times_are_milliseconds_and_weights_their_mean_size() -> None:
+    found = figures(Measured(source(0.5)))
+    assert found["timings"]["data"][0]["y"] == pytest.approx([50.0] * N)
+    champions, everybody = found["weights"]["data"]
+    assert champions["y"] == pytest.approx([0.5] * N)
+    assert everybody["y"] == pytest.approx([1.0] * N)
+    assert champions["legendgroup"] != everybody["legendgroup"]
+
+
+def test_what_is_not_known_is_left_blank() -> None:
+    gappy = source(0.5)
+    gappy.spreads["predators"][3] = np.nan
+    (line,) = figures(Measured(gappy))["diversity"]["data"]
+    assert line["y"][2:5] == [0.5, None, 0.5]
+
+
+def test_a_reader_can_tell_curves_apart_without_colours() -> None:
+    lines = figures(Measured(source(0.5)))["success"]["data"]
+    assert len({line["line"]["dash"] for line in lines}) == len(lines) == 3

@@ -1,0 +1,163 @@
+"""The command ``report`` and what is in its page; how the page behaves is in ``test_page_used.py``."""
+
+from __future__ import annotations
+
+import html
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from esp_trainer.cli import main
+from esp_trainer.report.source import read
+
+DataOf = Callable[[Path], dict[str, Any]]
+
+
+def story(page: Path) -> str:
+    text = page.read_text("utf-8")
+    return html.unescape(text[text.index("<ol>") : text.index("</section>")])
+
+
+def test_a_page_is_one_file_that_asks_for_no_other(page_file: Path) -> None:
+    text = page_file.read_text("utf-8")
+    outside_of_data = text[: text.index('<script type="application/json"')]
+    for tag in ('src="', "src='", '<link rel="stylesheet', "@import"):
+        assert tag not in outside_of_data.replace(PLOTLY_OWN(outside_of_data), "")
+    assert "default-src 'none'" in text
+
+
+def PLOTLY_OWN(text: str) -> str:  # noqa: N802
+    """Plotly's script, which holds tags as strings."""
+    begin = text.index("plotly.js v")
+    return text[begin : text.index("</script>", begin)]
+
+
+def test_the_same_run_gives_the_same_page(runs: list[Path], report: Callable[..., int], tmp_path: Path) -> None:
+    for name in ("a.html", "b.html"):
+        assert report(runs[0], "--out", tmp_path / name) == 0
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
+
+
+def test_a_page_holds_all_champions_that_there_is_room_for(page_file: Path, data_of: DataOf) -> None:
+    (run,) = data_of(page_file)["runs"]
+    assert run["sides"]["predators"]["generations"] == list(range(24))
+
+
+def test_of_more_it_holds_those_that_were_measured(
+    runs: list[Path], report: Callable[..., int], tmp_path: Path, data_of: DataOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("esp_trainer.report.page._GENES", 1000)
+    assert report(runs[0], "--out", tmp_path / "page.html") == 0
+    data = data_of(tmp_path / "page.html")
+    kept = data["runs"][0]["sides"]["prey"]["generations"]
+    assert set(kept) >= set(data["matrix"]["prey"]) | {moment["generation"] for moment in data["moments"]}
+    assert len(kept) <= 24
+
+
+def test_it_goes_beside_what_it_is_about(runs: list[Path], report: Callable[..., int], tmp_path: Path) -> None:
+    places = [Path(shutil.copytree(run, tmp_path / run.name)) for run in runs]
+    assert report(places[0]) == 0
+    assert (places[0] / "report.html").exists()
+    assert report(*places) == 0
+    assert (tmp_path / "report.html").exists()
+
+
+def test_a_run_can_be_resumed_beside_its_page(run: Path, report: Callable[..., int]) -> None:
+    assert report(run) == 0
+    page = (run / "report.html").read_bytes()
+    assert main(["resume", str(run), "--generations", "25", "--quiet"]) == 0
+    assert (run / "report.html").read_bytes() == page
+
+
+def test_what_is_missing_stands_on_the_page(run: Path, report: Callable[..., int], capsys: Any) -> None:
+    (run / "checkpoint.safetensors").unlink()
+    for file in (run / "champions").iterdir():
+        file.unlink()
+    assert report(run) == 0
+    text = story(run / "report.html")
+    assert "No champion could be read, so nothing can be said of progress." in text
+    assert "no match can be played" in text
+    assert "no match can be played" in capsys.readouterr().err
+
+
+def test_a_run_in_progress_says_how_far_it_is(run: Path, report: Callable[..., int]) -> None:
+    config = run / "config.json"
+    config.write_text(config.read_text().replace('"generations": 24', '"generations": 100'))
+    assert report(run) == 0
+    assert "The run has 24 of its 100 generations so far." in story(run / "report.html")
+
+
+def test_a_run_that_cannot_be_read_is_left_out_of_several(
+    runs: list[Path], run: Path, report: Callable[..., int], tmp_path: Path
+) -> None:
+    (run / "config.json").write_text("{")
+    assert report(*runs, run, "--out", tmp_path / "page.html") == 0
+    assert f"Left out: {run / 'config.json'} is damaged" in story(tmp_path / "page.html")
+
+
+def test_runs_of_different_lengths_are_shown_as_far_as_all_go(
+    runs: list[Path], run: Path, report: Callable[..., int], tmp_path: Path, data_of: DataOf
+) -> None:
+    assert main(["resume", str(run), "--generations", "27", "--quiet"]) == 0
+    assert report(run, runs[1], "--out", tmp_path / "page.html") == 0
+    assert "The runs have 24 to 27 generations: the first 24 of each are shown." in story(tmp_path / "page.html")
+    assert data_of(tmp_path / "page.html")["runs"][0]["sides"]["prey"]["generations"] == list(range(24))
+
+
+@pytest.mark.parametrize("generations", [1, 2, 3])
+def test_a_short_run_has_a_page_too(
+    generations: int, runs: list[Path], report: Callable[..., int], tmp_path: Path, open_page: Callable[..., Any]
+) -> None:
+    place = tmp_path / "run"
+    assert main(["train", "smoke", "--generations", str(generations), "--out", str(place), "--quiet"]) == 0
+    assert report(place) == 0
+    assert ("One generation says nothing of progress." in story(place / "report.html")) == (generations == 1)
+    tab = open_page(place / "report.html")
+    tab.until("predprey.player.match.length > 0")
+    tab.assert_quiet()
+
+
+def test_a_run_against_a_script_has_a_page_too(
+    report: Callable[..., int], tmp_path: Path, open_page: Callable[..., Any]
+) -> None:
+    place = tmp_path / "run"
+    options = ["--predators.policy", "surround", "--generations", "12", "--out", str(place), "--quiet"]
+    assert main(["train", "smoke", *options]) == 0
+    assert report(place) == 0
+    assert "Against a script: " in story(place / "report.html")
+    tab = open_page(place / "report.html")
+    assert tab.page.locator("#predators-generation").inner_text() == "surround"
+    assert "as its script surround says" in tab.page.locator("#thoughts").inner_text()
+    tab.assert_quiet()
+
+
+def refusal(capsys: Any, *arguments: object) -> str:
+    assert main(["report", *map(str, arguments)]) != 0
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    return str(line)
+
+
+def test_mistakes_are_one_line(runs: list[Path], run: Path, tmp_path: Path, capsys: Any) -> None:
+    assert "holds no run" in refusal(capsys, tmp_path)
+    assert "runs must be different ones" in refusal(capsys, run, run)
+    other = tmp_path / "other"
+    assert main(["train", "smoke", "--generations", "1", "--out", str(other), "--quiet"]) == 0
+    capsys.readouterr()
+    assert "runs must play in the same world" in refusal(capsys, run, other)
+    script = tmp_path / "script"
+    config = read(run).config.env
+    options = ["--env.size", str(config.size), "--env.max_cycles", str(config.max_cycles), "--prey.policy", "random"]
+    options += ["--esp.n_trials", "20", "--champion.n_candidates", "2", "--champion.n_held_out", "8"]
+    assert main(["train", "paper-3v2", *options, "--generations", "1", "--out", str(script), "--quiet"]) == 0
+    capsys.readouterr()
+    assert "runs must evolve the same sides" in refusal(capsys, run, script)
+
+
+def test_a_place_that_cannot_be_written_to_is_one_line(run: Path, tmp_path: Path, capsys: Any) -> None:
+    assert main(["report", str(run), "--out", str(tmp_path / "no/such/page.html")]) == 1
+    assert "No such file or directory" in capsys.readouterr().err.splitlines()[-1]
