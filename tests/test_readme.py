@@ -52,6 +52,8 @@ def test_commands_of_the_readme_exist() -> None:
         "presets",
         "analyse",
         "behaviours",
+        "report",
+        "watch",
         "teams",
         "benchmark",
     }

@@ -104,7 +104,7 @@ def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: I
         for role, player in players.items()
     }
     episode = play(policies["predators"], policies["prey"], env, seed)
-    shown = [time in steps or int(time) in steps for time in episode.times]
+    shown = [steps.start <= time < steps.stop for time in episode.times]
     if not any(shown):
         raise ValueError(f"the episode ends at step {episode.times[-1]:.0f}, before --from {steps.start}")
     if not any(videos):

@@ -93,7 +93,7 @@ def _live(directory: RunDirectory, config: RunConfig, fps: int) -> None:
                 time.sleep(1 / fps if episode else _PATIENCE)
             if done >= config.generations:
                 break
-    console.print(f"{directory.path} has all its {config.generations} generations")
+    print(f"{directory.path} has all its {config.generations} generations")
 
 
 def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episode | None:

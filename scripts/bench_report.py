@@ -1,0 +1,111 @@
+"""How long ``esp-trainer report`` takes, how large its page is, and how soon a browser shows it: ``docs/report.md``.
+
+    python scripts/bench_report.py RUN [RUN ...]
+
+The first run by itself, then all of them. Needs Chromium, and the extra ``test``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+OPENED = 5  # times each page is opened
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
+# The last thing that the page's script does is to make itself known; then a frame shows what it drew.
+READY = """() => new Promise((done) => {
+  const look = () => (window.predprey ? requestAnimationFrame(() => done(performance.now())) : setTimeout(look, 5));
+  look();
+})"""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What was measured of a page."""
+
+    what: str
+    first: float
+    """Seconds to make it, all matches played."""
+    again: float
+    """Seconds with the cross-play kept from before."""
+    size: float
+    """Megabytes."""
+    shown: float
+    """Milliseconds from the start of loading to a page that is drawn and ready, the median of several."""
+
+
+def main() -> None:
+    """Make pages, open them, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN")
+    parser.add_argument("--out", type=Path, default=Path("docs/report.md"))
+    options = parser.parse_args()
+    with TemporaryDirectory() as place:
+        runs = [Path(shutil.copytree(run, Path(place) / run.resolve().name)) for run in options.runs]
+        for run in runs:
+            shutil.rmtree(run / "analysis", ignore_errors=True)
+        pages = [measure("one run", runs[:1])]
+        if len(runs) > 1:
+            shutil.rmtree(runs[0] / "analysis")
+            pages.append(measure(f"{len(runs)} runs", runs))
+    options.out.write_text(table(pages, options.runs))
+    print(options.out.read_text())
+
+
+def measure(what: str, runs: list[Path]) -> Page:
+    """Make a page twice, and open it."""
+    out = runs[0].parent / "page.html"
+    seconds = []
+    for _ in range(2):
+        begun = time.perf_counter()
+        command = [sys.executable, "-m", "esp_trainer", "report", *map(str, runs), "--out", str(out)]
+        subprocess.run(command, check=True, capture_output=True)
+        seconds.append(time.perf_counter() - begun)
+    return Page(what, *seconds, out.stat().st_size / 1e6, opened(out))
+
+
+def opened(page: Path) -> float:
+    """How long Chromium takes until the page is ready, in milliseconds."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        times = []
+        for _ in range(OPENED):
+            context = browser.new_context(viewport={"width": 1280, "height": 900}, offline=True)
+            tab = context.new_page()
+            tab.goto(page.resolve().as_uri(), wait_until="commit")
+            times.append(tab.evaluate(READY))
+            context.close()
+        browser.close()
+    return float(np.median(times))
+
+
+def table(pages: list[Page], runs: list[Path]) -> str:
+    """The measurements as Markdown."""
+    rows = "\n".join(
+        f"| {page.what} | {page.first:.1f} s | {page.again:.1f} s | {page.size:.1f} MB | {page.shown / 1000:.2f} s |"
+        for page in pages
+    )
+    return f"""# What a page costs
+
+Made by `python scripts/bench_report.py {" ".join(run.name for run in runs)}`, on two cores.
+
+| page of | made in | with the cross-play kept | size | opened in |
+| --- | --- | --- | --- | --- |
+{rows}
+
+Making counts the start of Python. Opened: Chromium without a network, from the start of loading to the last chart
+drawn, the median of {OPENED}.
+"""
+
+
+if __name__ == "__main__":
+    main()
