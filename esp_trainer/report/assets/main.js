@@ -26,7 +26,7 @@ function moments() {
       element("small", { textContent: moment.text }),
       element("small", { textContent: `${data.runs.length > 1 ? `${data.runs[moment.run].name}, ` : ""}generation ${moment.generation}, step ${moment.step}` })]);
     button.addEventListener("click", () => {
-      player.show({ predators: team, prey: team, start: moment.start, step: moment.shown[0] });
+      player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.shown[0] });
       byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
       player.play();
     });

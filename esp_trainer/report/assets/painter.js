@@ -10,6 +10,13 @@ function palette() {
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
+// A colour #rrggbb of which a share is left over another.
+function mix(colour, ground, share) {
+  const parts = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+  const [over, under] = [parts(colour), parts(ground)];
+  return `rgb(${over.map((part, i) => Math.round(under[i] + (part - under[i]) * share)).join(" ")})`;
+}
+
 class Painter {
   constructor(canvas, env) {
     this.canvas = canvas;
@@ -82,12 +89,12 @@ class Painter {
 
   #trail(paths, agent, now, place, length, lively) {
     const { pen, scale, env, colour } = this, first = Math.max(0, now - length);
-    pen.strokeStyle = colour(agent < env.n_predators ? "predators" : lively ? "prey" : "caught");
+    const own = colour(agent < env.n_predators ? "predators" : lively ? "prey" : "caught"), ground = colour("panel");
     pen.lineCap = "round";
     for (let t = first; t <= now; t++) {
       const from = paths.at(t, agent), to = t < now ? paths.at(t + 1, agent) : place, fresh = 1 - (now - t) / (length + 1);
       if (from[0] === to[0] && from[1] === to[1]) continue;
-      pen.globalAlpha = 0.15 + 0.6 * fresh;
+      pen.strokeStyle = mix(own, ground, 0.15 + 0.6 * fresh); // opaque, as pieces overlap
       pen.lineWidth = this.radius * (0.15 + 0.3 * fresh);
       this.#copies(from, 2 * scale + 2, (x, y) => {
         pen.beginPath();
@@ -96,7 +103,6 @@ class Painter {
         pen.stroke();
       });
     }
-    pen.globalAlpha = 1;
   }
 
   #predator(place, number, heading, role, chosen) {

@@ -19,11 +19,11 @@ class Player {
   }
 
   // Show a match: generations by number, of runs by number, from one of the starts or from cells.
-  show({ predators, prey, start, step = 0 }) {
+  show({ predators, prey, start, name = "your own", step = 0 }) {
     const first = this.sides.findIndex(Boolean);
     this.predators = this.#pick("predators", predators ?? this.predators ?? { run: first });
     this.prey = this.#pick("prey", prey ?? this.prey ?? { run: first });
-    this.start = start ?? this.start ?? 0;
+    if (start !== undefined) Object.assign(this, { start, startName: name });
     this.scene = this.played(this.predators, this.prey, this.start);
     this.match = this.scene.match;
     this.pause();
@@ -112,7 +112,7 @@ class Player {
     }
     const given = typeof this.start === "number";
     byId("start").value = given ? this.start : 0;
-    byId("start-name").textContent = given ? `${this.start + 1} of ${this.data.starts.length}` : "your own";
+    byId("start-name").textContent = given ? `${this.start + 1} of ${this.data.starts.length}` : this.startName;
     byId("scrub").max = this.match.length;
     this.timeline.show(this.scene);
     const times = this.match.caughtAt, caught = times.filter((at) => at < Infinity);
