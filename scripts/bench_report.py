@@ -2,8 +2,8 @@
 
     python scripts/bench_report.py RUN [RUN ...] [--moments RUN]
 
-The first run by itself, then all of them. Pictures are taken of the first, and of the moments of another run too if one is
-named. Needs Chromium, and the extra ``test``.
+The first run by itself, then all of them. Pictures are taken of the first, and of the moments of another run too if one
+is named. Needs Chromium, and the extra ``test``.
 """
 
 from __future__ import annotations
