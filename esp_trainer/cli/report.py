@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from esp_trainer.cli.analysis import say
 from esp_trainer.report.measure import Settings
-from esp_trainer.report.page import write_page
+from esp_trainer.report.page import flat, write_page
 from esp_trainer.report.source import Source, read
+from esp_trainer.run.checkpoint import NO_MATTER
 
 
 def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
@@ -18,6 +20,9 @@ def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
         raise ValueError(f"runs must be different ones, got {', '.join(map(str, runs))}")
     sources, notes = _read(runs)
     _check(sources)
+    notes += _differences(sources)
+    if len({source.name for source in sources}) < len(sources):
+        sources = [replace(source, name=str(source.path)) for source in sources]
     lengths = [len(source) for source in sources]
     if len(set(lengths)) > 1:
         notes.append(
@@ -48,12 +53,28 @@ def _read(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
 
 
 def _check(sources: Sequence[Source]) -> None:
+    """Raise :class:`ValueError` for runs that have no page in common."""
     first = sources[0]
-    for source in sources[1:]:
-        if source.config.env != first.config.env:
+    for number, source in enumerate(sources):
+        config = source.config
+        if config.env != first.config.env:
             raise ValueError(f"runs must play in the same world, got {first.path} and {source.path}, whose env differ")
-        ours, theirs = (
-            [side.policy == "esp" for side in (each.config.predators, each.config.prey)] for each in (first, source)
-        )
-        if ours != theirs:
-            raise ValueError(f"runs must evolve the same sides, got {first.path} and {source.path}, which do not")
+        policies = [(each.predators.policy, each.prey.policy) for each in (first.config, config)]
+        if policies[0] != policies[1]:
+            raise ValueError(
+                f"runs must evolve the same sides against the same scripts, got {first.path} and {source.path}, where "
+                f"they are {' and '.join(policies[0])}, and {' and '.join(policies[1])}"
+            )
+        for other in sources[:number]:
+            if config.model_dump(exclude=set(NO_MATTER)) == other.config.model_dump(exclude=set(NO_MATTER)):
+                raise ValueError(
+                    f"runs must be different ones, got {other.path} and {source.path} with the same config"
+                )
+
+
+def _differences(sources: Sequence[Source]) -> list[str]:
+    """A line if runs are pooled that differ in more than their seeds."""
+    configs = [dict(flat(source.config.model_dump(exclude={*NO_MATTER, "seed", "preset"}))) for source in sources]
+    names = [name for name in configs[0] if len({str(config[name]) for config in configs}) > 1]
+    values = [f"{name} ({', '.join(dict.fromkeys(str(config[name]) for config in configs))})" for name in names]
+    return [f"The runs differ in {', '.join(values)}."] if names else []

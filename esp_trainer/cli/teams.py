@@ -103,6 +103,8 @@ def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: I
         role: player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
         for role, player in players.items()
     }
+    if steps.stop <= steps.start:
+        raise ValueError(f"--until must be at least --from, got {steps.stop - 1} and {steps.start}")
     episode = play(policies["predators"], policies["prey"], env, seed)
     shown = [steps.start <= time < steps.stop for time in episode.times]
     if not any(shown):
@@ -112,7 +114,7 @@ def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: I
         return 0
     for video in videos:
         save_video(_with_last_look(compress(as_pictures(episode, fps), shown), fps), video, fps)
-        print(f"{video}: {_outcome(episode)}")
+        print(f"{video}: {_outcome(episode, steps)}")
     return 0
 
 
@@ -131,11 +133,13 @@ def _with_last_look(pictures: Iterable[np.ndarray], fps: int) -> Iterator[np.nda
     yield from [picture] * (_LAST_LOOK * fps)
 
 
-def _outcome(episode: Episode) -> str:
-    """An episode in a line."""
-    caught = int((episode.worlds[-1].alive == 0).sum())
-    seen = ", ".join(seen_in(episode)) or "no behaviour that is known"
-    return f"{caught} of {episode.env.n_prey} prey caught in {episode.times[-1]:.0f} steps; {seen}"
+def _outcome(episode: Episode, steps: range) -> str:
+    """A part of an episode in a line."""
+    last = min(steps.stop - 1, int(episode.times[-1]))
+    caught = int((episode.worlds[episode.times.index(last)].alive == 0).sum())
+    seen = [name for name, rows in seen_in(episode).items() if rows[steps.start : last + 1].any()]
+    what = ", ".join(seen) or "no behaviour that is known"
+    return f"{caught} of {episode.env.n_prey} prey caught by step {last}; {what}"
 
 
 def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from pathlib import Path
@@ -18,7 +19,8 @@ from esp_trainer.analysis.replay import Episode, as_text, play
 from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
-from esp_trainer.run.directory import RunDirectory, records
+from esp_trainer.files import DamagedFileError
+from esp_trainer.run.directory import RunDirectory
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 
@@ -34,18 +36,30 @@ _BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
 class _Log:
-    """The lines of a run's log, read anew when there are more."""
+    """A run's log, of which only what is new is read each time."""
 
     def __init__(self, file: Path) -> None:
-        self._file, self._size = file, -1
-        self._lines: list[dict[str, Any]] = []
+        self._file, self._read = file, 0
+        self.lines: list[dict[str, Any]] = []
+        self.curves: dict[str, np.ndarray] = {}
 
-    def lines(self) -> list[dict[str, Any]]:
-        """All that are whole."""
+    def look(self) -> int:
+        """Read what is new; how many generations there are."""
         size = self._file.stat().st_size if self._file.exists() else 0
-        if size != self._size:
-            self._size, self._lines = size, records(self._file)
-        return self._lines
+        if size < self._read:  # resumed from an earlier checkpoint
+            self._read = 0
+            self.lines.clear()
+        if size > self._read:
+            with self._file.open("rb") as file:
+                file.seek(self._read)
+                new = [line for line in file.read(size - self._read).splitlines(keepends=True) if line.endswith(b"\n")]
+            self._read += sum(map(len, new))
+            try:
+                self.lines += map(json.loads, new)
+                self.curves = curves_of(self.lines)
+            except (ValueError, TypeError, KeyError) as error:
+                raise DamagedFileError(f"{self._file} is damaged: {error}") from None
+        return len(self.lines)
 
 
 def watch(run: Path, fps: int) -> int:
@@ -66,15 +80,15 @@ def _plain(directory: RunDirectory, config: RunConfig) -> None:
     """A line for each generation."""
     told, log = 0, _Log(directory.metrics_file)
     while True:
-        known = log.lines()
-        for record in known[told:]:
+        known = log.look()
+        for record in log.lines[told:]:
             rates = {name: record["held_out"][name]["rate"] for name in ("predators_succeed", "prey_succeed", "caught")}
             print(
                 f"generation {record['generation'] + 1}/{config.generations}: predators succeed "
                 f"{rates['predators_succeed']:.2f}, prey {rates['prey_succeed']:.2f}, caught {rates['caught']:.2f}",
                 flush=True,
             )
-        told = max(told, len(known))
+        told = max(told, known)
         if told >= config.generations:
             return
         time.sleep(_PATIENCE)
@@ -84,12 +98,13 @@ def _live(directory: RunDirectory, config: RunConfig, fps: int) -> None:
     console, log = Console(), _Log(directory.metrics_file)
     with Live(console=console, screen=True, auto_refresh=False) as live:
         while True:
-            done = len(log.lines())
+            done = log.look()
             episode = _chase(directory, config, done - 1) if done else None
             for frame in as_text(episode) if episode else [""]:
                 title = f"champions of generation {done - 1}" if episode else ""
                 chase = Group(Text(title), Text(frame))
-                live.update(_beside(_curves(directory, config, log.lines(), console.width), chase), refresh=True)
+                log.look()
+                live.update(_beside(_curves(directory, config, log, console.width), chase), refresh=True)
                 time.sleep(1 / fps if episode else _PATIENCE)
             if done >= config.generations:
                 break
@@ -112,18 +127,18 @@ def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episo
     return play(policies["predators"], policies["prey"], config.env, seed=generation)
 
 
-def _curves(directory: RunDirectory, config: RunConfig, known: list[dict[str, Any]], width: int) -> Group:
+def _curves(directory: RunDirectory, config: RunConfig, log: _Log, width: int) -> Group:
     """The run, how far it is, and its curves."""
     lines: list[Text] = [
         Text(str(directory.path), style="bold", overflow="ellipsis", no_wrap=True),
-        Text(f"generation {len(known)} of {config.generations}"),
+        Text(f"generation {len(log.lines)} of {config.generations}"),
     ]
-    if not known:
+    if not log.lines:
         return Group(*lines, Text("waiting for the first generation ..."))
-    curves, room = curves_of(known), max(10, min(60, width - _CHASE))
+    room = max(10, min(60, width - _CHASE))
     for name, (meaning, colour) in _CURVES.items():
-        lines += [Text(), Text(f"{curves[name][-_RECENT:].mean():.2f} {meaning}")]
-        lines += [Text(line, style=colour) for line in chart(curves[name], room, 3)]
+        lines += [Text(), Text(f"{log.curves[name][-_RECENT:].mean():.2f} {meaning}")]
+        lines += [Text(line, style=colour) for line in chart(log.curves[name], room, 3)]
     return Group(*lines)
 
 

@@ -181,7 +181,7 @@ def _team_chooses(memory: Memory, side: Side, weights: Any, first: int, n_agents
 
 
 @rule
-def _move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
+def move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
     """One time step: all choose on the same view, or the prey move before the predators look."""
     _team_chooses(memory, prey, memory.prey_weights, rules.n_predators, rules.n_prey, rules)
     if rules.prey_first:
@@ -249,7 +249,7 @@ def play_blocks(
         _load_block(predators, prey, starts, first_trial, active, outcome, memory)
         unfinished = active
         while unfinished > 0:
-            _move(memory, predators, prey, rules)
+            move(memory, predators, prey, rules)
             if len(outcome.trace) > 0:
                 for lane in range(active):
                     if memory.clock[0, lane] > 0:

@@ -17,7 +17,7 @@ import numpy as np
 from esp_trainer.analysis.inference import interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
-from esp_trainer.report.measure import SHOWN, Measured
+from esp_trainer.report.measure import SHOWN, Measured, appeared
 from esp_trainer.types import ROLES, Role
 
 Figure: TypeAlias = dict[str, Any]
@@ -25,7 +25,6 @@ Figure: TypeAlias = dict[str, Any]
 
 _WINDOW = 15  # generations that curves of success are smoothed over
 _DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
-_RARE = 0.01  # behaviours whose rate stays below are switched off
 
 
 def charts(runs: Sequence[Measured]) -> list[Figure]:
@@ -44,7 +43,6 @@ def matrix(runs: Sequence[Measured]) -> Figure | None:
         "matrices": [_rounded(run.own.caught) if run.own else None for run in runs],
         "predators": played[0].predators.tolist(),
         "prey": played[0].prey.tolist(),
-        "episodes": played[0].n_episodes,
         "top": top,
     }
 
@@ -79,7 +77,8 @@ def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: in
 
 
 def _axes(y: str, **more: Any) -> dict[str, Any]:
-    return {"xaxis": {"title": {"text": "generation"}}, "yaxis": {"title": {"text": y}, "rangemode": "tozero"}, **more}
+    """Axes by generation; ``more`` is said of the other one."""
+    return {"xaxis": {"title": {"text": "generation"}}, "yaxis": {"title": {"text": y}, **more}}
 
 
 def _success(runs: Sequence[Measured]) -> Figure:
@@ -94,7 +93,7 @@ def _success(runs: Sequence[Measured]) -> Figure:
         if curves:
             values = smooth(np.stack([each[kind] for each in curves]), _WINDOW)
             data += _curve(np.arange(values.shape[1]), values, name, colour, number)
-    layout = _axes("share", yaxis={"title": {"text": "share"}, "range": [0, 1]})
+    layout = _axes("share", range=[0, 1])
     phases = runs[0].phases if len(runs) == 1 else ()
     edge = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "@muted", "width": 1, "dash": "dot"}}
     layout["shapes"] = [{**edge, "x0": phase.start, "x1": phase.start} for phase in phases[1:]]
@@ -124,7 +123,7 @@ def _master(runs: Sequence[Measured]) -> Figure:
         "caption": "Each generation against all opponents of its run (Nolfi & Floreano 1998): a curve that rises is "
         "progress. A click on a point plays that generation against the last of the other side.",
         "data": data,
-        "layout": _axes("mean result", yaxis={"title": {"text": "mean result"}, "range": [0, 1]}),
+        "layout": _axes("mean result", range=[0, 1]),
     }
 
 
@@ -140,7 +139,7 @@ def _others(runs: Sequence[Measured]) -> Figure:
         "title": "Against opponents of other seeds",
         "caption": "Whom they never met in training: progress here is not just an answer to the own opponents.",
         "data": data,
-        "layout": _axes("mean result", yaxis={"title": {"text": "mean result"}, "range": [0, 1]}),
+        "layout": _axes("mean result", range=[0, 1]),
     }
 
 
@@ -151,7 +150,7 @@ def _behaviours(runs: Sequence[Measured]) -> Figure:
         rates = np.array([each.excess(name) for each in watched])
         if not rates.size or np.isnan(rates).any():
             continue
-        rare = {"visible": "legendonly"} if np.abs(rates.mean(axis=0)).max() < _RARE else {}
+        rare = {} if appeared(watched, name) else {"visible": "legendonly"}
         data += _curve(watched[0].generations, rates, name, f"@{number % 7}", number // 2, **rare)
     return {
         "id": "behaviours",
@@ -159,7 +158,7 @@ def _behaviours(runs: Sequence[Measured]) -> Figure:
         "caption": "Share of episodes between contemporaries in which each is seen, less the share in which the same "
         "motions show it by chance. Rare ones are switched off: the legend switches them on.",
         "data": data,
-        "layout": _axes("share beyond chance", yaxis={"title": {"text": "share beyond chance"}}),
+        "layout": _axes("share beyond chance"),
     }
 
 
@@ -178,7 +177,7 @@ def _diversity(runs: Sequence[Measured]) -> Figure:
         "title": "Diversity of the subpopulations",
         "caption": "Standard deviation of a gene over the neurons of a subpopulation, mean over all.",
         "data": _both_roles(runs, 0),
-        "layout": _axes("standard deviation"),
+        "layout": _axes("standard deviation", rangemode="tozero"),
     }
 
 
@@ -194,7 +193,7 @@ def _weights(runs: Sequence[Measured]) -> Figure:
         "title": "Scale of the weights",
         "caption": "Mean size of a gene, in the champions and in all subpopulations.",
         "data": data,
-        "layout": _axes("mean size"),
+        "layout": _axes("mean size", rangemode="tozero"),
     }
 
 
@@ -227,5 +226,5 @@ def _timings(runs: Sequence[Measured]) -> Figure:
         "title": "Time",
         "caption": f"Wall time of a generation by phase, means over {_WINDOW} generations.",
         "data": data,
-        "layout": _axes("milliseconds"),
+        "layout": _axes("milliseconds", rangemode="tozero"),
     }

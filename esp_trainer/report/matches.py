@@ -12,7 +12,7 @@ from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
 from esp_trainer.coevolution.sides import side_config, side_controller
-from esp_trainer.evaluation.kernel import _move, seed_of
+from esp_trainer.evaluation.kernel import move, seed_of
 from esp_trainer.report.javascript import translate
 from esp_trainer.types import ROLES, Controller, Role
 from predprey_env.config import MOVES, EnvConfig
@@ -20,10 +20,18 @@ from predprey_env.dynamics import is_over
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
 
+_USED = ("move", "seed_of", "first_memory", "is_over", "add_votes", "observe", "move_prey", "capture", "fma")
+"""What the page calls by name: how a match begins, goes on and ends, and what its panel of networks shows."""
 
-def rules_in_javascript() -> str:
-    """All that a match is played by: a step of the world, who is asked in it, and how it begins and ends."""
-    return translate(_move, seed_of, first_memory, is_over)
+
+def rules_in_javascript(floats: str) -> str:
+    """All that a match is played by, in a scope of its own: the page may have other things of the same names.
+
+    Args:
+        floats: What the rules need of floating point, as JavaScript.
+    """
+    rules = translate(move, seed_of, first_memory, is_over)
+    return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 
 def world(env: EnvConfig) -> dict[str, Any]:

@@ -57,6 +57,11 @@ class Watched:
         return np.array([rate.excess for rate in self.rates[name]])
 
 
+def appeared(watched: Sequence[Watched], name: str) -> bool:
+    """Whether a behaviour is seen beyond chance on the whole, not just in a lucky generation."""
+    return bool(watched) and float(np.nanmean([each.excess(name) for each in watched])) >= SEEN
+
+
 @dataclass(frozen=True)
 class Measured:
     """A run, measured. What needs champions is None without them, what needs two evolving sides with a script."""

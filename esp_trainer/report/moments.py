@@ -16,11 +16,11 @@ from esp_trainer.report.measure import SEEN, SHOWN, Measured, Watched
 
 
 def of_phases(runs: Sequence[Measured]) -> list[dict[str, Any]]:
-    """For each phase the behaviour that sets it apart from the rest of its run; of several runs, for those of the first
-    that was watched.
+    """For each phase, if there are several, the behaviour that sets it apart from the rest of its run; of several runs,
+    for those of the first that has any.
     """
     for number, run in enumerate(runs):
-        if run.watched and run.phases:
+        if run.watched and len(run.phases) > 1:
             found = [_of_phase(number, run.watched, i, phase) for i, phase in enumerate(run.phases)]
             return [moment for moment in found if moment]
     return []
@@ -62,10 +62,12 @@ def of_behaviours(runs: Sequence[Measured]) -> list[dict[str, Any]]:
             if name in moments
         ]
         if seen:
-            excess, number, at = max(seen)
+            _, number, at = max(seen, key=lambda each: each[0])
             watched = runs[number].watched
             assert watched is not None
-            text = f"{BEHAVIOURS[name].meaning.capitalize()}. In {100 * excess:.0f}% of the episodes beyond chance."
+            rate = watched.rates[name][at]
+            often = f"In {100 * rate.rate:.0f}% of its generation's episodes, by chance in {100 * rate.null:.0f}%."
+            text = f"{BEHAVIOURS[name].meaning.capitalize()}. {often}"
             found.append({"title": name.capitalize(), "text": text, **_moment(number, watched, at, name)})
     return found
 

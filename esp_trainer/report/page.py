@@ -25,7 +25,7 @@ from esp_trainer.report.source import Source
 from esp_trainer.report.story import story
 from esp_trainer.seeding import stream
 
-_SCRIPTS = ("floats", "teams", "game", "behaviours", "painter", "timeline", "thoughts", "player", "charts", "main")
+_SCRIPTS = ("teams", "game", "behaviours", "painter", "timeline", "thoughts", "player", "charts", "main")
 _GENES = 2**22  # bytes of champions that a page holds: of more, those of some generations
 
 
@@ -66,11 +66,12 @@ def page(runs: Sequence[Measured], notes: Sequence[str] = ()) -> str:
             f"<li>{escape(line)}</li>" for line in [*notes, *_missing(sources, moments.never_seen(runs))]
         ),
         config=_config(sources[0].config),
+        configured=escape(sources[0].name),
         version=escape(f"predprey-esp {version('predprey-esp')}"),
         style=_asset("style.css"),
         plotly=get_plotlyjs(),
         data=_json(data),
-        scripts="\n".join([_asset("floats.js"), matches.rules_in_javascript(), *map(_script, _SCRIPTS[1:])]),
+        scripts="\n".join([matches.rules_in_javascript(_asset("floats.js")), *map(_script, _SCRIPTS)]),
     )
 
 
@@ -92,12 +93,12 @@ def _title(sources: Sequence[Source]) -> str:
 
 
 def _subtitle(sources: Sequence[Source]) -> str:
-    config, env = sources[0].config, sources[0].config.env
+    env = sources[0].config.env
     seeds = ", ".join(str(source.config.seed) for source in sources)
     presets = ", ".join(dict.fromkeys(source.config.preset for source in sources))
     return (
-        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {len(sources[0])} of {config.generations} "
-        f"generations, {env.n_predators} predators against {env.n_prey} prey on a torus of {env.size} by {env.size}"
+        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {len(sources[0])} generations, {env.n_predators} "
+        f"predators against {env.n_prey} prey on a torus of {env.size} by {env.size}"
     )
 
 
@@ -108,8 +109,10 @@ def _missing(sources: Sequence[Source], unseen: list[str]) -> list[str]:
             of_runs.setdefault(line, []).append(source.name)
     several = len(sources) > 1
     lines = [f"{_names(names, sources)}: {line}" if several else line for line, names in of_runs.items()]
-    if len(sources[0]) < sources[0].config.generations:
-        lines.append(f"The run has {len(sources[0])} of its {sources[0].config.generations} generations so far.")
+    unfinished = [source for source in sources if source.done < source.config.generations]
+    lines += [
+        f"{each.name} has {each.done} of its {each.config.generations} generations so far." for each in unfinished
+    ]
     if unseen:
         lines.append(f"Never seen: {', '.join(unseen)}.")
     return lines
@@ -150,9 +153,9 @@ def _starts(runs: Sequence[Measured]) -> list[Any]:
 
 def _config(config: RunConfig) -> str:
     """Every field, those that differ from the preset marked."""
-    usual = dict(_flat(preset(config.preset).model_dump())) if config.preset in PRESETS else None
+    usual = dict(flat(preset(config.preset).model_dump())) if config.preset in PRESETS else None
     rows = []
-    for name, value in _flat(config.model_dump()):
+    for name, value in flat(config.model_dump()):
         changed = usual is not None and name not in ("preset", "seed") and usual.get(name) != value
         mark = (
             f' class="changed" title="{escape(config.preset)} has {escape(str(usual[name]))}"'
@@ -163,8 +166,9 @@ def _config(config: RunConfig) -> str:
     return "\n".join(rows)
 
 
-def _flat(tree: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+def flat(tree: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """The leaves of a tree of settings, by their names with dots."""
     found: list[tuple[str, Any]] = []
     for name, value in tree.items():
-        found += _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
+        found += flat(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
     return found

@@ -26,6 +26,8 @@ class Source:
     name: str
     path: Path
     config: RunConfig
+    done: int
+    """Generations that it had, whole or damaged."""
     history: History | None
     """Champions and curves of the same generations; None where there is no champion, and nothing can be played. Where
     the log is lost its curves are nan."""
@@ -72,6 +74,7 @@ def read(path: Path) -> Source:
         name=path.resolve().name,
         path=path,
         config=config,
+        done=max(lengths),
         history=history,
         curves=curves,
         spreads=_spreads(lines[:n], missing),

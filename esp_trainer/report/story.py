@@ -6,17 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from esp_trainer.analysis.games import decompose
+from esp_trainer.analysis.games import Sides, decompose
 from esp_trainer.analysis.inference import against, over_seeds
-from esp_trainer.analysis.progress import early_late, two_sided
-from esp_trainer.report.measure import SEEN, SHOWN, Measured
+from esp_trainer.analysis.progress import Progress, early_late, two_sided
+from esp_trainer.report.measure import SHOWN, Measured, appeared
 from esp_trainer.types import ROLES, Role
 
 NOTABLE = 0.02
-"""Share of the prey: a single run that gains no more than this is said to have made no progress. Over runs the interval
-decides."""
-
-_MEANS = {"predators": "late predators catch {} of the prey more", "prey": "late prey are caught {} less"}
+"""Share of the prey: a side of a single run that gains no more is not said to have become better. Over runs the
+interval decides."""
 
 
 def story(runs: Sequence[Measured]) -> list[str]:
@@ -29,47 +27,53 @@ def _progress(runs: Sequence[Measured]) -> str:
     both = [run.progress for run in runs if run.progress]
     if not both:
         return _without_progress(runs)
-    strengths = {role: [getattr(each, role).strength for each in both] for role in ROLES}
-    return (
-        f"{_verdict(strengths)}: against the same opponents of their run, {_words(strengths)}; the lesser side gains "
-        f"{_figure([two_sided(each) for each in both])}."
-    )
+    return f"{_verdict(_strengths(both))}: against the same opponents of their run, {_gains(both)}."
 
 
 def _met_others(runs: Sequence[Measured]) -> str:
     both = [run.met_others for run in runs if run.met_others]
     if not both:
         return ""
-    strengths = {role: [getattr(each, role).strength for each in both] for role in ROLES}
-    lesser = [two_sided(each) for each in both]
+    p = against([two_sided(each) for each in both]).p
+    return f"Against opponents of other seeds, whom they never met, {_gains(both)}, p {p:.2g}."
+
+
+def _strengths(both: Sequence[Sides[Progress]]) -> dict[Role, list[float]]:
+    return {role: [getattr(each, role).strength for each in both] for role in ROLES}
+
+
+def _gains(both: Sequence[Sides[Progress]]) -> str:
+    strengths = _strengths(both)
     return (
-        f"Against opponents of other seeds, whom they never met, {_words(strengths)}; the lesser side gains "
-        f"{_figure(lesser)}, p {against(lesser).p:.2g}."
+        f"from early to late predators gain {_figure(strengths['predators'], '+')} of the prey, and prey "
+        f"{_figure(strengths['prey'], '+')}; the lesser of the two {_figure([two_sided(each) for each in both], '+')}"
     )
 
 
-def _words(strengths: dict[Role, list[float]]) -> str:
-    return ", ".join(_MEANS[role].format(_figure(strengths[role])) for role in ROLES)
-
-
 def _verdict(strengths: dict[Role, list[float]]) -> str:
-    """Who made progress: of several runs those whose interval is above 0."""
-    made = [role for role in ROLES if _low(strengths[role]) > (NOTABLE if len(strengths[role]) == 1 else 0)]
-    if len(made) == len(ROLES):
+    """Who became better: in a single run, or over runs as far as their interval can show it."""
+    single = len(strengths["prey"]) == 1
+    better = [
+        role for role, values in strengths.items() if (values[0] > NOTABLE if single else over_seeds(values).low > 0)
+    ]
+    if single:
+        who = "both sides" if len(better) == 2 else f"only the {better[0]}" if better else "neither side"
+        return f"In this run {who} got better"
+    if len(better) == 2:
         return "Both sides made progress"
-    return f"Only the {made[0]} made progress" if made else "Neither side made progress"
+    return (
+        f"The {better[0]} made progress, the other side none that can be shown"
+        if better
+        else "No progress can be shown"
+    )
 
 
-def _low(values: list[float]) -> float:
-    return values[0] if len(values) == 1 else over_seeds(values).low
-
-
-def _figure(values: list[float]) -> str:
+def _figure(values: list[float], sign: str = "") -> str:
     """A number, or a mean over runs with its interval."""
     if len(values) == 1:
-        return f"{values[0]:.2f}"
+        return f"{values[0]:{sign}.2f}"
     estimate = over_seeds(values)
-    return f"{estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"
+    return f"{estimate.mean:{sign}.2f} [{estimate.low:{sign}.2f}, {estimate.high:{sign}.2f}]"
 
 
 def _without_progress(runs: Sequence[Measured]) -> str:
@@ -81,7 +85,11 @@ def _without_progress(runs: Sequence[Measured]) -> str:
         return "One generation says nothing of progress."
     sixth = max(1, len(curves[0]) // 6)
     early, late = ([float(curve[part].mean()) for curve in curves] for part in (slice(sixth), slice(-sixth, None)))
-    return f"Against a script: {_figure(early)} of the prey were caught early in the run, {_figure(late)} late."
+    config = runs[0].source.config
+    script = next(policy for policy in (config.predators.policy, config.prey.policy, "nobody") if policy != "esp")
+    return (
+        f"Against the script {script}: {_figure(early)} of the prey were caught early in the run, {_figure(late)} late."
+    )
 
 
 def _corners(runs: Sequence[Measured]) -> str:
@@ -102,6 +110,8 @@ def _circles(runs: Sequence[Measured]) -> str:
     known = [share for share in shares if not np.isnan(share)]
     if not known:
         return ""
+    if max(known) < 0.005:
+        return "Who beats whom is a ladder of strength: that any of it depends on the opponent cannot be shown."
     return (
         f"Of who beats whom, {_figure(known)} depends on the opponent, as in rock, paper, scissors; the rest is a "
         "ladder of strength."
@@ -112,12 +122,13 @@ def _phases(runs: Sequence[Measured]) -> str:
     dated = [run for run in runs if run.alternation]
     if not dated:
         return ""
-    if len(dated) > 1:
-        counts = [len(run.phases) for run in dated]
+    if len(runs) > 1:
+        counts = sorted({len(run.phases) for run in dated})
+        many = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
         to_and_fro = sum(run.alternation.count > 1 and run.alternation.p <= 0.05 for run in dated if run.alternation)
         return (
-            f"Success has {min(counts)} to {max(counts)} phases a run; in {to_and_fro} of {len(dated)} runs it goes to "
-            "and fro: it crosses its mean more than once, and as often by chance with p of at most 0.05."
+            f"Success has {many} phase{'s' if counts[-1] > 1 else ''} a run; in {to_and_fro} of {len(dated)} runs it "
+            "goes to and fro: it crosses its mean more than once, and as often by chance with p of at most 0.05."
         )
     (run,) = dated
     assert run.alternation is not None
@@ -144,8 +155,7 @@ def _behaviours(runs: Sequence[Measured]) -> str:
         if np.isnan(rates).all():
             continue
         top = int(np.nanargmax(rates))
-        # One generation that is lucky in 24 is no behaviour: it must be seen on the whole.
-        if np.nanmean(rates) >= SEEN:
+        if appeared(watched, name):
             seen.append(
                 (float(rates[top]), f"{name} ({100 * rates[top]:.0f}% at generation {watched[0].generations[top]})")
             )

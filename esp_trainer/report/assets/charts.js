@@ -1,7 +1,10 @@
 // The charts, and the matrix of who catches whom, on whose cells one can click.
 
 const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888"]; // Okabe & Ito
-const QUIET = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+const QUIET = {
+  displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+  ...(matchMedia("(pointer: coarse)").matches ? { displayModeBar: false } : {}), // where nothing hovers, it would stay
+};
 
 // A figure with the page's colours in the place of their names.
 function coloured(figure) {
@@ -76,7 +79,7 @@ class Charts {
       type: "heatmap", z: shown, x, y, zmin: 0, zmax: matrix.top, colorscale: "Viridis", colorbar: { thickness: 10, outlinewidth: 0 },
       hovertemplate: "predators of generation %{y}<br>prey of generation %{x}<br>%{z:.2f} of the prey caught<extra></extra>",
     };
-    const here = { x: [this.player.prey?.generation ?? 0], y: [this.player.predators?.generation ?? 0], mode: "markers", hoverinfo: "skip",
+    const here = { ...this.#here(), mode: "markers", hoverinfo: "skip",
       marker: { symbol: "square-open", size: 11, color: "#ffffff", line: { width: 2 } }, showlegend: false };
     const ends = (axis) => [axis[0], axis.at(-1)];
     const both = { mode: "lines", x: ends(x), y: ends(y), hoverinfo: "skip", showlegend: false, line: { color: "#ffffff", width: 1, dash: "dot" } };
@@ -93,10 +96,15 @@ class Charts {
     }
   }
 
-  // Mark the match that is played.
-  mark(player) {
-    const place = byId("matrix");
-    if (place.data?.length !== 3) return;
-    Plotly.restyle(place, { x: [[player.prey.generation]], y: [[player.predators.generation]] }, [2]);
+  // The cell of the match that is played, if it is of this matrix.
+  #here() {
+    const { predators, prey } = this.player, inside = predators?.run === this.run && prey?.run === this.run;
+    return { x: inside ? [prey.generation] : [], y: inside ? [predators.generation] : [] };
+  }
+
+  // Mark that cell.
+  mark() {
+    const place = byId("matrix"), { x, y } = this.#here();
+    if (place.data?.length === 3) Plotly.restyle(place, { x: [x], y: [y] }, [2]);
   }
 }

@@ -15,7 +15,7 @@ class Game {
     const { rules, agents } = this, memory = this.#begin(predators, prey, start);
     const cells = [start.map((cell) => [...cell])], actions = [], caughtAt = Array(rules.n_prey).fill(Infinity);
     while (!is_over(memory.world, memory.clock[0], rules)) {
-      _move(memory, predators, prey, rules);
+      move(memory, predators, prey, rules);
       cells.push(Array.from({ length: agents }, (_, i) => [memory.world.x[i], memory.world.y[i]]));
       actions.push([...memory.actions]);
       memory.world.alive.forEach((alive, j) => { if (!alive && caughtAt[j] === Infinity) caughtAt[j] = actions.length; });

@@ -3,53 +3,56 @@
 const data = JSON.parse(byId("data").textContent);
 const playable = data.runs.some((run) => run.sides) && data.starts.length > 0;
 let charts = null;
-const player = playable ? new Player(data, (shown) => charts?.mark(shown)) : null;
+const player = playable ? new Player(data, () => charts?.mark()) : null;
+const CLOSE_UP = 50; // cells to a side in the picture of a moment
+const LONG = 30; // steps of what lasts longer that are shown
+const pictures = player ? data.moments.map(pictured) : [];
+
+// A picture of a moment, which plays it.
+function pictured(moment) {
+  const canvas = element("canvas"), team = { run: moment.run, generation: moment.generation };
+  const where = `${data.runs.length > 1 ? `${data.runs[moment.run].name}, ` : ""}generation ${moment.generation}, step ${moment.step}`;
+  const button = element("button", { type: "button" }, [canvas, element("strong", { textContent: moment.title }),
+    element("small", { textContent: moment.text }), element("small", { textContent: where })]);
+  button.addEventListener("click", () => {
+    player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.shown[0] });
+    byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
+    player.play();
+  });
+  byId("moments").hidden = false;
+  document.querySelector(".moments").append(button);
+  const pick = (side) => ({ run: team.run, n: nearest_of(player.sides[team.run][side].generations, team.generation) });
+  const scene = player.played(pick("predators"), pick("prey"), moment.start);
+  return { moment, scene, painter: new Painter(canvas, data.world.env) };
+}
+
+// What lasts is seen best while it does; what is over at once, by what comes of it. About the prey that is nearest to a
+// predator then.
+function paint({ moment: { step, until, shown }, scene, painter }) {
+  const time = until > step ? Math.min(until, step + LONG) : shown[1], { size, n_predators } = data.world.env;
+  const closest = (prey) => Math.min(...scene.paths.hunters.map((i) => scene.paths.distance(time, i, prey)));
+  const [prey] = [...scene.paths.hunted].sort((a, b) => closest(a) - closest(b));
+  const about = scene.paths.at(time, n_predators + prey);
+  painter.paint(scene, time, { trail: time - shown[0], cells: Math.min(size, CLOSE_UP), about });
+}
+
+function draw() {
+  player?.draw();
+  pictures.forEach(paint);
+}
 
 function theme(name) {
   document.documentElement.dataset.theme = name;
-  charts?.draw();
-  player?.draw();
-  moments();
-}
-
-const CLOSE_UP = 50; // cells to a side in the picture of a moment
-const closest = (paths, step, prey) => Math.min(...paths.hunters.map((i) => paths.distance(step, i, prey)));
-
-// A picture of each moment, about the prey that is nearest to a predator; it plays the moment.
-function moments() {
-  const place = document.querySelector(".moments");
-  if (!player || !data.moments.length) return;
-  byId("moments").hidden = false;
-  place.replaceChildren(...data.moments.map((moment) => {
-    const canvas = element("canvas"), team = { run: moment.run, generation: moment.generation };
-    const button = element("button", { type: "button" }, [canvas, element("strong", { textContent: moment.title }),
-      element("small", { textContent: moment.text }),
-      element("small", { textContent: `${data.runs.length > 1 ? `${data.runs[moment.run].name}, ` : ""}generation ${moment.generation}, step ${moment.step}` })]);
-    button.addEventListener("click", () => {
-      player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.shown[0] });
-      byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
-      player.play();
-    });
-    return button;
-  }));
-  place.querySelectorAll("canvas").forEach((canvas, i) => {
-    const moment = data.moments[i], team = { run: moment.run, generation: moment.generation };
-    const pick = (side) => ({ run: team.run, n: nearest_of(player.sides[team.run][side].generations, team.generation) });
-    const scene = player.played(pick("predators"), pick("prey"), moment.start);
-    const [first, last] = moment.shown, { size, n_predators, n_prey } = data.world.env;
-    const nearest = range(n_prey).sort((a, b) => closest(scene.paths, last, a) - closest(scene.paths, last, b))[0];
-    const about = scene.paths.at(last, n_predators + nearest);
-    new Painter(canvas, data.world.env).paint(scene, last, { trail: last - first, cells: Math.min(size, CLOSE_UP), about });
-  });
+  charts.draw();
+  draw();
 }
 
 if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
 }
-document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-charts = new Charts(data, player ?? { sides: [], on() {} });
-theme(document.documentElement.dataset.theme);
+charts = new Charts(data, player ?? { sides: [] });
+theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
-window.addEventListener("resize", () => { player?.draw(); });
+window.addEventListener("resize", draw);
 window.predprey = { data, player, charts, Game, Side, Paths, behavioursOf, fma };

@@ -40,12 +40,17 @@ class Player {
     return { match, paths: new Paths(match, this.env), ...behavioursOf(match, this.env, this.thresholds) };
   }
 
-  // The first start from which the last generations' match ends with every prey caught, or else with any.
+  // The first start from which the last generations' match ends with most prey caught.
   eventful() {
     const run = this.sides.find(Boolean), last = (side) => side.team(Math.max(0, side.generations.length - 1));
-    const caught = this.data.starts.map((start) => (
-      this.game.match(last(run.predators), last(run.prey), start).caughtAt.filter((at) => at < Infinity).length));
-    return caught.indexOf(Math.max(...caught));
+    let [best, most] = [0, 0];
+    for (const [i, start] of this.data.starts.entries()) {
+      const { caughtAt } = this.game.match(last(run.predators), last(run.prey), start);
+      const caught = caughtAt.filter((at) => at < Infinity).length;
+      if (caught > most) [best, most] = [i, caught];
+      if (most === caughtAt.length) break;
+    }
+    return best;
   }
 
   // The kept generation that is nearest to the one asked for; without one, the last.
@@ -76,7 +81,8 @@ class Player {
     let last = null;
     const tick = (now) => {
       if (!this.playing || this.turn !== turn) return;
-      this.time = Math.min(this.match.length, this.time + ((now - (last ?? now)) / 1000) * PACE * this.speed);
+      const seconds = Math.min(0.1, (now - (last ?? now)) / 1000); // who was in another tab goes on from here
+      this.time = Math.min(this.match.length, this.time + seconds * PACE * this.speed);
       last = now;
       this.draw();
       if (this.time >= this.match.length) this.pause();
@@ -111,7 +117,7 @@ class Player {
       byId(side).setAttribute("aria-valuetext", name ?? `generation ${generation}`);
     }
     const given = typeof this.start === "number";
-    byId("start").value = given ? this.start : 0;
+    if (given) byId("start").value = this.start;
     byId("start-name").textContent = given ? `${this.start + 1} of ${this.data.starts.length}` : this.startName;
     byId("scrub").max = this.match.length;
     this.timeline.show(this.scene);
@@ -130,19 +136,23 @@ class Player {
     byId("scrub").addEventListener("input", (event) => this.seek(Number(event.target.value)));
     byId("speed").addEventListener("change", (event) => { this.speed = Number(event.target.value); });
     byId("start").max = data.starts.length - 1;
-    byId("start").addEventListener("input", (event) => this.show({ start: Number(event.target.value) }));
+    const again = () => this.show({ start: Number(byId("start").value) });
+    byId("start").addEventListener("input", again);
+    // From a start of one's own back to where the slider stands, which is no input to it.
+    for (const kind of ["pointerup", "keyup"]) byId("start").addEventListener(kind, () => typeof this.start !== "number" && again());
     for (const side of ["predators", "prey"]) {
       const runs = byId(`${side}-run`);
       fill(runs, data.runs.map((run, i) => [i, run.name, !run.sides]));
       runs.addEventListener("change", () => this.show({ [side]: { ...this[side], n: undefined, run: Number(runs.value) } }));
       byId(side).addEventListener("input", (event) => this.show({ [side]: { run: this[side].run, n: Number(event.target.value) } }));
     }
-    document.addEventListener("keydown", (event) => this.#key(event));
+    byId("play").addEventListener("keydown", (event) => this.#key(event));
     this.#dragging();
   }
 
   #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, button")) return;
+    const own = event.target.closest("button") ? [" ", "Enter"] : event.target.closest("input, select") ? [event.key] : [];
+    if (event.ctrlKey || event.metaKey || event.altKey || own.includes(event.key)) return;
     const keys = {
       " ": () => (this.playing ? this.pause() : this.play()),
       ArrowLeft: () => this.seek(Math.ceil(this.time) - 1),
@@ -187,6 +197,8 @@ class Player {
       this.draw();
     });
     canvas.addEventListener("pointercancel", () => { held = -1; });
+    // A finger on an agent drags it, elsewhere it scrolls the page.
+    canvas.addEventListener("touchstart", (event) => { if (held >= 0) event.preventDefault(); }, { passive: false });
   }
 }
 

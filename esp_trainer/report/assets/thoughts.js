@@ -3,7 +3,14 @@
 class Thoughts {
   // choose: told the agent that was clicked.
   constructor(place, game, moves, choose) {
-    Object.assign(this, { place, game, moves, choose });
+    Object.assign(this, { game, moves });
+    this.buttons = range(game.agents).map((agent) => {
+      const button = element("button", { type: "button", textContent: this.nameOf(agent) });
+      button.addEventListener("click", () => choose(agent));
+      return button;
+    });
+    this.answer = element("div");
+    place.replaceChildren(element("div", {}, this.buttons), this.answer);
   }
 
   nameOf(agent) {
@@ -12,12 +19,8 @@ class Thoughts {
   }
 
   show(match, step, agent) {
-    const buttons = range(this.game.agents).map((each) => {
-      const button = element("button", { type: "button", textContent: this.nameOf(each), ariaPressed: String(each === agent) });
-      button.addEventListener("click", () => this.choose(each));
-      return button;
-    });
-    this.place.replaceChildren(element("div", {}, buttons), ...this.#why(match, step, agent));
+    this.buttons.forEach((button, each) => { button.ariaPressed = String(each === agent); });
+    this.answer.replaceChildren(...this.#why(match, step, agent));
   }
 
   #why(match, step, agent) {
@@ -31,7 +34,8 @@ class Thoughts {
     const actions = team.controller.blank.map((_, k) => this.moves[k]);
     const head = element("tr", {}, [element("th"), ...actions.map((move, k) => (
       element("th", { textContent: move, className: k === action ? "chosen" : "" })))]);
-    const rows = thoughts.networks.map((network, i) => this.#row(this.#reads(network, agent, i, team), network.outputs, action));
+    const caught = (prey) => match.caughtAt[prey] <= step;
+    const rows = thoughts.networks.map((network, i) => this.#row(this.#reads(network, agent, i, team, caught), network.outputs, action));
     const total = this.#row(team.controller.combines ? "the combiner decides" : "sum of votes", thoughts.votes, action);
     const how = team.controller.draws ? "drawn by the votes" : "the most votes";
     return [element("table", {}, [
@@ -40,16 +44,16 @@ class Thoughts {
     ])];
   }
 
-  #reads({ combiner, inputs }, agent, i, { controller }) {
+  #reads({ combiner, inputs }, agent, i, { controller }, caught) {
     if (combiner) return `network ${i + 1} reads the others' votes`;
-    const scale = controller.input_scale, hunts = agent < this.game.rules.n_predators;
+    const scale = controller.input_scale, { n_predators } = this.game.rules, hunts = agent < n_predators;
     const whom = controller.n_together > 1 ? null : controller.wiring[i].filter((_, k) => k % 2 === 0).map((entry) => entry / 2);
     if (!whom) return `network ${i + 1} reads what its whole team sees`;
     const seen = whom.map((each, k) => {
       const offset = [inputs[2 * k], inputs[2 * k + 1]].map((part) => Math.round(part / scale));
-      return `${hunts ? LETTERS[each] : each} at (${offset.join(", ")})`;
+      return `${this.nameOf(hunts ? n_predators + each : each)} ${hunts && caught(each) ? "as caught" : "at"} (${offset.join(", ")})`;
     });
-    return `network ${i + 1} reads ${hunts ? "prey" : "predator"} ${seen.join(", ")}`;
+    return `network ${i + 1} reads ${seen.join(", ")}`;
   }
 
   #row(name, outputs, action) {

@@ -11,7 +11,8 @@ class Timeline {
     const captures = match.caughtAt.filter((at) => at < Infinity);
     if (captures.length) rows.push(["capture", "a prey is caught", "capture", captures.map((at) => [at, at])]);
     for (const [name, stretches] of Object.entries(found)) {
-      rows.push([name, this.behaviours[name].meaning, this.behaviours[name].who, stretches]);
+      const { meaning, who } = this.behaviours[name];
+      rows.push([name, meaning, ["attacker", "blocker"].includes(name) ? name : who, stretches]); // in their roles' colours
     }
     this.length = Math.max(1, match.length);
     this.cursors = [];

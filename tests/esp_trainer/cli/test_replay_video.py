@@ -22,7 +22,7 @@ def test_an_episode_becomes_a_video(
     assert video.read_bytes().startswith(beginning)
     (line,) = outcome.out.splitlines()
     assert line.startswith(f"{video}: ")
-    assert "prey caught in" in line
+    assert "prey caught by step 12; " in line
 
 
 def test_both_at_once_and_the_same_each_time(
@@ -51,6 +51,7 @@ def test_mistakes_are_one_line(esp_trainer: EspTrainer, predators: Path, prey: P
     pair = ("replay", predators, "--against", prey)
     assert "--gif: must end in .gif, got 'a.mp4'" in esp_trainer(*pair, "--gif", "a.mp4").refusal
     assert "--mp4: must end in .mp4, got 'a'" in esp_trainer(*pair, "--mp4", "a").refusal
+    assert "--until must be at least --from, got 3 and 4" in esp_trainer(*pair, "--from", "4", "--until", "3").refusal
     assert "before --from 5000" in esp_trainer(*pair, "--from", "5000").refusal
     assert "no/such" in esp_trainer(*pair, "--gif", tmp_path / "no/such/a.gif").refusal
 

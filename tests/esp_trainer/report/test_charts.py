@@ -24,7 +24,7 @@ def source(level: float) -> Source:
     history = History(RunConfig(), champions, curves)  # type: ignore[arg-type]
     spreads = {"predators": np.stack([np.full(N, level), np.full(N, 2 * level)], axis=1)}
     seconds = {"trials": np.full(N, level / 10)}
-    return Source("run", Path("run"), RunConfig(), history, curves, spreads, seconds, ())  # type: ignore[arg-type]
+    return Source("run", Path("run"), RunConfig(), N, history, curves, spreads, seconds, ())  # type: ignore[arg-type]
 
 
 def figures(*runs: Measured) -> dict[str, Any]:

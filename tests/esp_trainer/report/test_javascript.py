@@ -87,7 +87,7 @@ def test_products_of_large_integers_keep_their_low_bits() -> None:
 
 
 def test_each_rule_is_translated_once() -> None:
-    text = rules_in_javascript()
+    text = rules_in_javascript("")
     names = [line.split("(")[0] for line in text.splitlines() if line.startswith("function ")]
     assert len(names) == len(set(names)) > 30
     assert {"function step", "function observe", "function vote", "function draw", "function surround"} <= set(names)

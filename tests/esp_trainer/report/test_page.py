@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from esp_trainer.cli import main
-from esp_trainer.report.source import read
 
 DataOf = Callable[[Path], dict[str, Any]]
 
@@ -87,7 +86,7 @@ def test_a_run_in_progress_says_how_far_it_is(run: Path, report: Callable[..., i
     config = run / "config.json"
     config.write_text(config.read_text().replace('"generations": 24', '"generations": 100'))
     assert report(run) == 0
-    assert "The run has 24 of its 100 generations so far." in story(run / "report.html")
+    assert "run has 24 of its 100 generations so far." in story(run / "report.html")
 
 
 def test_a_run_that_cannot_be_read_is_left_out_of_several(
@@ -127,7 +126,7 @@ def test_a_run_against_a_script_has_a_page_too(
     options = ["--predators.policy", "surround", "--generations", "12", "--out", str(place), "--quiet"]
     assert main(["train", "smoke", *options]) == 0
     assert report(place) == 0
-    assert "Against a script: " in story(place / "report.html")
+    assert "Against the script surround: " in story(place / "report.html")
     tab = open_page(place / "report.html")
     assert tab.page.locator("#predators-generation").inner_text() == "surround"
     assert "as its script surround says" in tab.page.locator("#thoughts").inner_text()
@@ -142,20 +141,34 @@ def refusal(capsys: Any, *arguments: object) -> str:
     return str(line)
 
 
-def test_mistakes_are_one_line(runs: list[Path], run: Path, tmp_path: Path, capsys: Any) -> None:
+def test_mistakes_are_one_line(run: Path, tmp_path: Path, capsys: Any) -> None:
     assert "holds no run" in refusal(capsys, tmp_path)
     assert "runs must be different ones" in refusal(capsys, run, run)
+    copy = shutil.copytree(run, tmp_path / "copy")
+    assert refusal(capsys, run, copy).endswith("with the same config")
     other = tmp_path / "other"
     assert main(["train", "smoke", "--generations", "1", "--out", str(other), "--quiet"]) == 0
     capsys.readouterr()
     assert "runs must play in the same world" in refusal(capsys, run, other)
     script = tmp_path / "script"
-    config = read(run).config.env
-    options = ["--env.size", str(config.size), "--env.max_cycles", str(config.max_cycles), "--prey.policy", "random"]
-    options += ["--esp.n_trials", "20", "--champion.n_candidates", "2", "--champion.n_held_out", "8"]
-    assert main(["train", "paper-3v2", *options, "--generations", "1", "--out", str(script), "--quiet"]) == 0
+    assert (
+        main(["train", "smoke", "--prey.policy", "random", "--generations", "1", "--out", str(script), "--quiet"]) == 0
+    )
     capsys.readouterr()
-    assert "runs must evolve the same sides" in refusal(capsys, run, script)
+    expected = "runs must evolve the same sides against the same scripts"
+    assert expected in refusal(capsys, other, script)
+    assert "esp and esp, and esp and random" in refusal(capsys, other, script)
+
+
+def test_runs_that_differ_in_more_than_their_seeds_say_so(report: Callable[..., int], tmp_path: Path) -> None:
+    places = [tmp_path / name / "run" for name in ("a", "b")]
+    for place, trials in zip(places, (16, 24), strict=True):
+        options = ["--esp.n_trials", str(trials), "--generations", "3", "--out", str(place), "--quiet"]
+        assert main(["train", "smoke", *options]) == 0
+    assert report(*places, "--out", tmp_path / "page.html") == 0
+    text = story(tmp_path / "page.html")
+    assert "The runs differ in esp.n_trials (16, 24)." in text
+    assert str(places[1]) in (tmp_path / "page.html").read_text("utf-8")  # as both are called run
 
 
 def test_a_place_that_cannot_be_written_to_is_one_line(run: Path, tmp_path: Path, capsys: Any) -> None:

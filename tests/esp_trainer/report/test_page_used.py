@@ -112,6 +112,7 @@ def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     page = tab.page
     page.locator("#world").focus()
+    assert tab(STATE)["time"] == 0
     for key, expected in (("End", "length"), ("Home", 0), ("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1)):
         page.keyboard.press(key)
         shown = tab(STATE)
@@ -120,6 +121,38 @@ def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
     assert tab(STATE)["playing"]
     page.keyboard.press(" ")
     assert not tab(STATE)["playing"]
+
+
+def test_keys_are_the_pages_elsewhere_and_the_players_on_its_buttons(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    tab.page.keyboard.press(" ")
+    assert not tab(STATE)["playing"]
+    tab.page.locator("#forward").click()
+    tab.page.keyboard.press("ArrowRight")
+    assert tab(STATE)["time"] == 2
+    tab.page.keyboard.press(" ")  # presses the button that has the focus
+    assert tab(STATE)["time"] == 3
+    assert not tab(STATE)["playing"]
+
+
+def test_agents_can_be_asked_while_they_play(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    tab.page.locator("#toggle").click()
+    for name in ("prey a", "predator 2", "prey b"):
+        tab.page.locator("#thoughts button", has_text=name).click(delay=90)
+        assert tab.page.locator("#thoughts button[aria-pressed=true]").inner_text() == name
+    tab.assert_quiet()
+
+
+def test_from_a_start_of_ones_own_the_slider_leads_back(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    tab("() => predprey.player.show({ start: 0 })")
+    tab("() => predprey.player.show({ start: predprey.player.match.cells[4] })")
+    assert tab.page.locator("#start-name").inner_text() == "your own"
+    tab.page.locator("#start").focus()
+    tab.page.keyboard.press("Home")
+    assert tab(STATE)["start"] == 0
+    assert tab.page.locator("#start-name").inner_text() == "1 of 8"
 
 
 def test_a_click_on_a_cell_of_the_matrix_plays_that_match(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
@@ -255,6 +288,7 @@ def test_predators_of_one_run_meet_prey_of_another(
     assert shown["length"] == steps
     assert shown["cells"][-1] == np.stack([state[:n], state[n : 2 * n]], axis=1).tolist()
     matrix = tab("() => document.getElementById('matrix').data[0].z")
+    assert tab("() => document.getElementById('matrix').data[2].x") == []  # it is in no run's matrix
     tab.page.locator("#matrix-run").select_option("1")
     assert tab("() => document.getElementById('matrix').data[0].z") != matrix
     tab.assert_quiet()

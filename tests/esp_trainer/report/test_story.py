@@ -21,7 +21,7 @@ from esp_trainer.report.source import Source
 from esp_trainer.report.story import story
 
 N_EPISODES = 100
-SOURCE = Source("run", Path("run"), RunConfig(), None, {}, {}, {}, ())
+SOURCE = Source("run", Path("run"), RunConfig(), 450, None, {}, {}, {}, ())
 
 
 def met(caught: np.ndarray) -> CrossPlay:
@@ -61,17 +61,17 @@ def watched(**excesses: list[float]) -> Watched:
 @pytest.mark.parametrize(
     ("predators", "prey", "verdict"),
     [
-        (0.3, 0.1, "Both sides made progress"),
-        (0.3, 0.0, "Only the predators made progress"),
-        (-0.1, 0.2, "Only the prey made progress"),
-        (0.0, 0.0, "Neither side made progress"),
+        (0.3, 0.1, "In this run both sides got better: "),
+        (0.3, 0.0, "In this run only the predators got better: "),
+        (-0.1, 0.2, "In this run only the prey got better: "),
+        (0.0, 0.0, "In this run neither side got better: "),
     ],
 )
-def test_it_says_who_made_progress_and_how_much(predators: float, prey: float, verdict: str) -> None:
+def test_it_says_who_became_better_and_by_how_much(predators: float, prey: float, verdict: str) -> None:
     first = story([run(predators, prey)])[0]
     assert first.startswith(verdict)
-    assert f"late predators catch {predators:.2f} of the prey more, late prey are caught {prey:.2f} less" in first
-    assert f"the lesser side gains {min(predators, prey):.2f}." in first
+    assert f"predators gain {predators:+.2f} of the prey, and prey {prey:+.2f}; " in first
+    assert first.endswith(f"the lesser of the two {min(predators, prey):+.2f}.")
 
 
 def test_it_says_what_early_and_late_ones_catch() -> None:
@@ -86,8 +86,10 @@ def test_over_runs_the_interval_decides() -> None:
     sure = [run(0.3 + 0.01 * i, 0.1 + 0.01 * i) for i in (-1, 0, 1)]
     unsure = [run(0.3, 0.1 + 0.3 * i) for i in (-1, 0, 1)]
     assert story(sure)[0].startswith("Both sides made progress")
-    assert "catch 0.30 [0.28, 0.32] of the prey more" in story(sure)[0]
-    assert story(unsure)[0].startswith("Only the predators made progress")
+    assert "predators gain +0.30 [+0.28, +0.32] of the prey" in story(sure)[0]
+    assert story(unsure)[0].startswith("The predators made progress, the other side none that can be shown")
+    nothing = [run(0.3 * i, 0.3 * i) for i in (-1, 0, 1)]
+    assert story(nothing)[0].startswith("No progress can be shown")
 
 
 def test_it_tells_progress_against_other_seeds_where_there_are_any() -> None:
@@ -96,12 +98,16 @@ def test_it_tells_progress_against_other_seeds_where_there_are_any() -> None:
         return run(met_others=Sides(*both))
 
     second = story([against(0.2), against(0.22)])[1]
-    assert second.startswith("Against opponents of other seeds, whom they never met, late predators catch 0.21")
-    assert "p 0.5" in second  # of two seeds no test can say more
+    assert second.startswith(
+        "Against opponents of other seeds, whom they never met, from early to late predators gain +0.21"
+    )
+    assert second.endswith("p 0.5.")  # of two seeds no test can say more
 
 
 def test_it_says_how_much_goes_in_circles() -> None:
-    assert "Of who beats whom, 0.00 depends on the opponent" in story([run()])[2]
+    assert story([run()])[2] == (
+        "Who beats whom is a ladder of strength: that any of it depends on the opponent cannot be shown."
+    )
     wheel = np.cos(2 * np.pi * (np.arange(6)[:, None] - np.arange(6)) / 6) / 2 + 0.5
     own = met(wheel)
     round_and_round = Measured(SOURCE, own=own, progress=historical_progress(own.caught))
@@ -118,7 +124,8 @@ def test_it_dates_phases() -> None:
     assert story([one])[3] == "Success has no phases: 0.20 of the prey are caught from first to last."
     to_and_fro = run(phases=found, alternation=Alternation(3, 0.01))
     rising = run(phases=found, alternation=Alternation(1, 0.01))
-    assert "in 1 of 3 runs it goes to and fro" in story([one, to_and_fro, rising])[3]
+    assert "Success has 1 to 2 phases a run; in 1 of 3 runs it goes to and fro" in story([one, to_and_fro, rising])[3]
+    assert "Success has 1 phase a run; in 0 of 1 runs" in story([one, run()])[3]
 
 
 def test_it_names_behaviours_that_were_seen_on_the_whole_and_those_that_were_not() -> None:
@@ -143,12 +150,16 @@ def test_a_phase_shows_what_sets_it_apart() -> None:
     assert (late["step"], late["until"], late["shown"]) == (5, 9, (0, 17))
 
 
+def test_a_run_without_phases_shows_none() -> None:
+    assert moments.of_phases([run(phases=(Phase(0, 40, 0.2),), watched=watched(attacker=[0.5] * 4))]) == []
+
+
 def test_a_behaviour_shows_where_it_is_seen_most() -> None:
     runs = [run(watched=watched(baiting=[0.1, 0.0, 0.0, 0.0])), run(watched=watched(baiting=[0.0, 0.0, 0.2, 0.1]))]
     (found,) = moments.of_behaviours(runs)
     assert (found["behaviour"], found["run"], found["generation"]) == ("baiting", 1, 20)
     assert found["title"] == "Baiting"
-    assert "In 20% of the episodes beyond chance." in found["text"]
+    assert "In 30% of its generation's episodes, by chance in 10%." in found["text"]
     assert "baiting" not in moments.never_seen(runs)
     assert "herding" in moments.never_seen(runs)
 
