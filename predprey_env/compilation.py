@@ -98,9 +98,26 @@ class _DigestCache(FunctionCache):
     def _index_key(self, signature: Any, codegen: Any) -> Any:
         digest = hashlib.sha256()
         for file in sorted(source_files(self._py_func, named_tuples(signature))):
-            # What is in no file, but in a notebook's cell for example, is never the same again.
-            digest.update(Path(file).read_bytes() if Path(file).is_file() else os.urandom(16))
+            digest.update(_source(file))
         return super()._index_key(signature, codegen), digest.hexdigest()
+
+
+_DEFINED: dict[str, bytes] = {}
+"""What each file with a rule held when the rule was defined. Were it read only when the rule is compiled, and edited in
+between, the old rule's machine code would be kept as the new one's."""
+
+
+def _remember(function: Callable[..., Any]) -> None:
+    file = _file_of(function)
+    if Path(file).is_file():
+        _DEFINED[file] = Path(file).read_bytes()
+
+
+def _source(file: str) -> bytes:
+    if file in _DEFINED:
+        return _DEFINED[file]
+    # What is in no file, but in a notebook's cell for example, is never the same again.
+    return Path(file).read_bytes() if Path(file).is_file() else os.urandom(16)
 
 
 def rule(function: Compiled) -> Compiled:
@@ -108,6 +125,7 @@ def rule(function: Compiled) -> Compiled:
 
     Rules allocate nothing (and could not: Numba's reference counts, switched off here, cost more than the rules do).
     """
+    _remember(function)
     return njit(nogil=True, _nrt=False, forceinline=True)(function)  # type: ignore[no-any-return]
 
 
@@ -116,6 +134,7 @@ def entry_point(function: Compiled) -> Compiled:
 
     It allocates nothing either; callers pass it the memory it works in.
     """
+    _remember(function)
     dispatcher = njit(nogil=True, _nrt=False)(function)
     with suppress(RuntimeError):  # no place on this machine that can be written to: compile each time
         dispatcher._cache = _DigestCache(function)

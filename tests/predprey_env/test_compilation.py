@@ -62,6 +62,14 @@ def test_an_edited_rule_is_never_answered_with_yesterdays_machine_code(program) 
     assert not edited.stats.cache_hits
 
 
+def test_a_rule_that_is_edited_before_it_is_compiled_is_not_kept_as_the_edited_one(program, tmp_path: Path) -> None:
+    old = program(1)
+    rule = tmp_path / "inner_rule.py"
+    rule.write_text(rule.read_text().replace("a + 1", "a + 2"))
+    assert old(10) == 11  # it was defined before
+    assert program(2)(10) == 12
+
+
 def test_a_rule_that_is_called_through_its_module_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
     (tmp_path / "module_rule.py").write_text(

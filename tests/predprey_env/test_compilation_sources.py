@@ -22,7 +22,7 @@ from esp_trainer import Team
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.network import Networks
-from predprey_env import EnvConfig
+from predprey_env import EnvConfig, compilation
 from predprey_env.compilation import _DigestCache, named_tuples, source_files
 from predprey_env.parallel_env import _advance
 from predprey_env.policies.protocol import choose
@@ -57,6 +57,7 @@ def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.Monke
     read, signature = Path.read_bytes, _advance.signatures[0] if _advance.signatures else ()
     key = _DigestCache(_advance.py_func)._index_key(signature, codegen())
     assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) == key
+    monkeypatch.setattr(compilation, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
     assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) != key
 
@@ -170,6 +171,7 @@ def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     known, own = RULES[player]
     keys, read = _DigestCache(move_opponents.py_func), Path.read_bytes
     key = keys._index_key(signature(known), codegen())
+    monkeypatch.setattr(compilation, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
     edited = keys._index_key(signature(known), codegen())
     assert (edited != key) == (name in own or name in ("worlds.py", "observation.py"))
