@@ -62,12 +62,12 @@ def main() -> None:
     options = parser.parse_args()
     with TemporaryDirectory() as place:
         runs = [Path(shutil.copytree(run, Path(place) / run.resolve().name)) for run in options.runs]
-        for run in runs:
-            shutil.rmtree(run / "analysis", ignore_errors=True)
-        pages = [measure("one run", runs[:1])]
-        if len(runs) > 1:
-            shutil.rmtree(runs[0] / "analysis")
-            pages.append(measure(f"{len(runs)} runs", runs))
+        subprocess.run(report(runs[:1], Path(place) / "page.html"), check=True, capture_output=True)  # compiles
+        pages = []
+        for what, chosen in {"one run": runs[:1], f"{len(runs)} runs": runs}.items():
+            for run in runs:
+                shutil.rmtree(run / "analysis", ignore_errors=True)
+            pages.append(measure(what, chosen))
         pictures = options.out.with_suffix("")
         pictures.mkdir(parents=True, exist_ok=True)
         photographed = [runs[0], options.moments] if options.moments else [runs[0]]
