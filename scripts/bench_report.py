@@ -64,7 +64,8 @@ def main() -> None:
         runs = [Path(shutil.copytree(run, Path(place) / run.resolve().name)) for run in options.runs]
         subprocess.run(report(runs[:1], Path(place) / "page.html"), check=True, capture_output=True)  # compiles
         pages = []
-        for what, chosen in {"one run": runs[:1], f"{len(runs)} runs": runs}.items():
+        several = {f"{len(runs)} runs": runs} if len(runs) > 1 else {}
+        for what, chosen in {"one run": runs[:1], **several}.items():
             for run in runs:
                 shutil.rmtree(run / "analysis", ignore_errors=True)
             pages.append(measure(what, chosen))
