@@ -125,7 +125,7 @@ class Player {
     byId("result").textContent = caught.length
       ? `${caught.length} of ${times.length} prey caught, ${caught.length > 1 ? "at steps" : "at step"} ${caught.sort((a, b) => a - b).join(", ")}.`
       : `No prey is caught in ${this.match.length} steps.`;
-    this.on(this);
+    this.on();
   }
 
   #controls() {
