@@ -80,7 +80,7 @@ def test_the_figures_of_the_end_are_means_over_the_last_generations(esp_trainer:
 def test_the_next_commands_that_train_prints_work(options: list[str], esp_trainer: Callable[..., Any]) -> None:
     outcome = esp_trainer("train", "smoke", "--generations", "2", *options)
     commands = _next_commands(outcome.out)
-    assert [command[0] for command in commands] == ["replay", "evaluate"]
+    assert [command[0] for command in commands] == ["report", "replay", "evaluate"]
     for command in commands:
         outcome = esp_trainer(*command)
         assert outcome.code == 0, outcome.err
