@@ -3,7 +3,7 @@
     python scripts/make_gallery.py
 
 Every predator team of the zoo meets every prey team of its task (those that draw their actions stay out, as they do not
-play the same again from the same start). The detectors choose. Takes some minutes.
+play the same again from the same start). The detectors choose. Takes half a minute.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def main() -> None:
 
 
 def search(task: str, names: list[str], n_seeds: int) -> Iterator[tuple[str, Found]]:
-    """Of each pair of teams, the best episode of each behaviour that was seen."""
+    """Every episode of every pair of teams in which one of the behaviours is seen."""
     env = EnvConfig(n_prey=int(task[-1]))
     evaluator = FusedEvaluator(env)
     starts = np.stack([draw_starts(seeding.np_random(seed)[0], 1, env) for seed in range(n_seeds)])

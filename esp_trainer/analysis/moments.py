@@ -8,7 +8,6 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.behaviours.thresholds import Thresholds
 
 BEFORE, AT_MOST, AFTER = 30, 30, 8  # steps that are shown before it, of it and after it
 
@@ -40,9 +39,7 @@ def best_moment(behaviour: str, trace: np.ndarray, paths: Paths) -> Moment | Non
         trace: Cells ``(n_episodes, n_rows, n_agents, 2)``, as :func:`~esp_trainer.analysis.watch.episodes` gives them.
         paths: The same as paths.
     """
-    rows = BEHAVIOURS[behaviour].rule(paths, Thresholds())
-    if rows.ndim == 1:  # a number for each episode: it is seen at its end
-        rows = (np.nan_to_num(rows)[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None])
+    rows = BEHAVIOURS[behaviour].rows(paths)
     if not rows.any():
         return None
     episode = int(rows.sum(axis=1).argmax())

@@ -9,7 +9,6 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
 from predprey_env.dynamics import World
@@ -103,14 +102,6 @@ def captions(episode: Episode) -> list[str]:
 
 def seen_in(episode: Episode) -> dict[str, np.ndarray]:
     """The whole steps, bool ``(n_steps + 1,)``, at which each behaviour is seen that is."""
-    paths, found = episode.paths(), {}
-    for name, detector in BEHAVIOURS.items():
-        askable = episode.env.n_predators >= detector.min_predators and episode.env.n_prey >= detector.min_prey
-        if not detector.of_interaction or not askable:
-            continue
-        rows = detector.rule(paths, Thresholds())
-        if rows.ndim == 1:  # a number for the episode: it is seen at its end
-            rows = (rows[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None])
-        if rows.any():
-            found[name] = rows[0, : len(episode.cells)]
-    return found
+    paths, n_rows = episode.paths(), len(episode.cells)
+    rows = {name: detector.rows(paths)[0, :n_rows] for name, detector in BEHAVIOURS.items() if detector.of_interaction}
+    return {name: seen for name, seen in rows.items() if seen.any()}

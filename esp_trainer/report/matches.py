@@ -55,10 +55,9 @@ def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, An
     settings, env = side_config(history.config, role), history.config.env
     if role not in history.champions:
         script = ScriptedTeam.of(settings.policy, role, env).compiled(role, env, 0)
-        return {"role": role, "name": settings.policy, "script": list(script)}
+        return {"name": settings.policy, "script": list(script)}
     genomes = history.champions[role][generations].astype("<f4")
     return {
-        "role": role,
         "generations": generations.tolist(),
         "controller": controller(side_controller(history.config, role)),
         "genes": base64.b64encode(genomes.tobytes()).decode(),

@@ -36,6 +36,17 @@ class Detector:
     of_interaction: bool = True
     """Whether it is about what agents do to each other, so that its rate without interaction means something."""
 
+    def rows(self, paths: Paths) -> np.ndarray:
+        """When it is seen, bool ``(n_episodes, n_rows)``: a number for an episode at its end, and never what cannot be
+        asked for.
+        """
+        if paths.n_predators < self.min_predators or paths.n_prey < self.min_prey:
+            return np.zeros(paths.valid.shape, bool)
+        found = self.rule(paths, Thresholds())
+        if found.ndim == 2:
+            return found
+        return np.asarray((np.nan_to_num(found)[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None]))
+
     def __call__(self, paths: Paths, thresholds: Thresholds | None = None) -> np.ndarray:
         """A number for each episode, float ``(n_episodes,)``: 1 if it is seen, 0 if not, or a share; nan where it
         cannot be asked for.

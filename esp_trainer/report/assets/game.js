@@ -2,9 +2,8 @@
 
 // A team is what Side.team() gives.
 class Game {
-  // env: the config of the world; rules: the same as compiled code reads it; memory: rows that each agent remembers.
-  constructor({ env, rules, memory }) {
-    this.env = env;
+  // rules: the world as compiled code reads it; memory: rows that each agent remembers.
+  constructor({ rules, memory }) {
     this.rules = rules;
     this.kept = memory;
     this.agents = rules.n_predators + rules.n_prey;

@@ -2,8 +2,7 @@
 
 // One side of a run: its champions of some generations, or its script.
 class Side {
-  constructor({ role, name, script, controller, generations, genes }) {
-    this.role = role;
+  constructor({ name, script, controller, generations, genes }) {
     this.name = name; // of a script
     this.script = tuple("number n_opponents n_actions in_turns", script ?? [0, 0, 0, false]);
     this.controller = controller ?? { n_together: 1, fan_in: [0], n_votes: 0 };
@@ -15,9 +14,9 @@ class Side {
 
   // The n-th of its teams; of a script there is one.
   team(n) {
-    const { role, name, script, scripted, controller, generations } = this;
+    const { name, script, scripted, controller, generations } = this;
     const each = this.genes.length / Math.max(1, generations.length);
-    return { role, name, script, scripted, controller, generation: generations[n], weights: this.genes.subarray(n * each, (n + 1) * each) };
+    return { name, script, scripted, controller, generation: generations[n], weights: this.genes.subarray(n * each, (n + 1) * each) };
   }
 }
 
