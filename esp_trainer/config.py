@@ -76,6 +76,10 @@ class EspConfig(Settings):
     hof_mates: int = Field(default=5, ge=0)
     """How many pairs, the lowest ranked, mate with the neuron in the same place of a past champion instead."""
 
+    hof_size: int = Field(default=1000, ge=2)
+    """Champions of a side that are kept, in memory and on disk. When there are more, every second goes, then every
+    second of those and so on; the last stays."""
+
     mutation_rate: float = Field(default=0.4, ge=0, le=1)
     """Probability that a child has one gene changed."""
 

@@ -76,7 +76,7 @@ def best_response(
     config = history.config.replace(seed=seed, generations=n_generations)
     fresh = History.evolve(config, evaluator, watch, {other: history.player(other, generation)})
     curve = fresh.curves["caught"]
-    best = int(curve.argmax() if role == "predators" else curve.argmin())
+    best = int(fresh.kept[curve[fresh.kept].argmax() if role == "predators" else curve[fresh.kept].argmin()])
     then = np.array([generation])
     frozen, contemporaries = history.entrants(other, then), history.entrants(role, then)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team, as_candidates
@@ -28,11 +29,18 @@ class History:
 
     config: RunConfig
     champions: dict[Role, np.ndarray]
-    """Of each evolving side, float32 ``(n_generations, n_agents, n_networks, n_hidden, n_genes)``."""
+    """Of each evolving side, float32 ``(n_generations, n_agents, n_networks, n_hidden, n_genes)``; of a run that is
+    longer than its hall of fame, those of the generations in ``kept``."""
     curves: dict[str, np.ndarray]
     """By generation, ``(n_generations, ...)``. Champion against champion from held-out starts: ``caught`` (share of
     prey), ``all_caught`` and ``none_caught`` (shares of episodes), ``caught_by_even`` (by how many predators start at
     an even distance), ``steps``. Of both sides' trials, nan for a fixed side: ``trials_caught``, ``trials_mean``."""
+    kept: np.ndarray = field(default=None)  # type: ignore[arg-type]  # filled in below
+    """Generations whose champions there are, by default all of them, int ``(n_kept,)``."""
+
+    def __post_init__(self) -> None:
+        if self.kept is None:
+            object.__setattr__(self, "kept", np.arange(len(self)))
 
     def __len__(self) -> int:
         return len(self.curves["caught"])
@@ -60,7 +68,8 @@ class History:
             records.append(record(generation, generation.held_out.as_dict()))
             watch()
         champions = {role: side.hall_of_fame.champions.copy() for role, side in run.evolving.items()}
-        return cls(config, champions, curves_of(records))
+        kept = kept_generations(config.generations, config.esp.hof_size)
+        return cls(config, champions, curves_of(records), kept)
 
     @classmethod
     def of_run(cls, path: Path | str) -> History:
@@ -84,12 +93,14 @@ class History:
             curves = curves_of(json.loads(line) for line in lines)
         except (ValueError, KeyError, TypeError) as error:
             raise DamagedFileError(f"{directory.metrics_file} is damaged: {error}") from None
-        return cls(config, champions, curves)
+        return cls(config, champions, curves, kept_generations(done, config.esp.hof_size))
 
     def save(self, path: Path | str) -> None:
         """Write it to one file."""
         arrays = {f"champions.{role}": array for role, array in self.champions.items()}
         arrays |= {f"curves.{name}": array for name, array in self.curves.items()}
+        if len(self.kept) < len(self):
+            arrays["kept"] = self.kept
         write_arrays(Path(path), "history", {"config": self.config.model_dump()}, arrays)
 
     @classmethod
@@ -100,7 +111,8 @@ class History:
         curves = {name.removeprefix("curves."): array for name, array in arrays.items() if name.startswith("curves.")}
         try:
             config = RunConfig.from_dict(header["config"])
-            return cls(config, champions, {name: curves[name] for name in CURVES})
+            kept = arrays.get("kept", np.arange(len(curves["caught"])))
+            return cls(config, champions, {name: curves[name] for name in CURVES}, kept)
         except KeyError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error.args[0]} is missing") from None
         except ValueError as error:
@@ -108,12 +120,21 @@ class History:
 
     def first(self, n: int) -> History:
         """Its first generations alone."""
-        champions = {role: array[:n] for role, array in self.champions.items()}
-        return History(self.config, champions, {name: curve[:n] for name, curve in self.curves.items()})
+        kept = self.kept[self.kept < n]
+        champions = {role: array[: len(kept)] for role, array in self.champions.items()}
+        return History(self.config, champions, {name: curve[:n] for name, curve in self.curves.items()}, kept)
 
     def sample(self, n: int) -> np.ndarray:
-        """At most ``n`` generations, evenly spread from the first to the last."""
-        return np.unique(np.linspace(0, len(self) - 1, n).round().astype(int))
+        """At most ``n`` generations whose champions are kept, evenly spread from the first to the last."""
+        return np.asarray(self.kept[np.unique(np.linspace(0, len(self.kept) - 1, n).round().astype(int))])
+
+    def genomes(self, role: Role, generations: np.ndarray) -> np.ndarray:
+        """The champions of some generations, one after the other; :class:`ValueError` for one that is not kept."""
+        rows = np.searchsorted(self.kept, generations)
+        found = self.kept[np.minimum(rows, len(self.kept) - 1)] == generations
+        if not found.all():
+            raise ValueError(f"no champion is kept of generation {generations[~found][0]}")
+        return np.asarray(self.champions[role][rows])
 
     def entrants(self, role: Role, generations: np.ndarray) -> EvolvedTeams | ScriptedTeams:
         """The champions of some generations as entrants of a cross-play: team ``t`` of the batch is that of
@@ -121,7 +142,7 @@ class History:
         """
         if role not in self.champions:
             return ScriptedTeams(side_config(self.config, role).policy)
-        genomes = as_candidates(self.champions[role][generations])
+        genomes = as_candidates(self.genomes(role, generations))
         indices = np.broadcast_to(
             np.arange(len(generations))[:, None, None, None], (len(generations), *genomes.shape[:3])
         )
@@ -133,7 +154,8 @@ class History:
             raise ValueError(f"the {role} of this run are a script: {side_config(self.config, role).policy}")
         origin = {**self.config.model_dump(), "generation": generation}
         side, controller = side_config(self.config, role), side_controller(self.config, role)
-        return Team(role, side, controller, self.champions[role][generation], origin, controller.n_seen)
+        (genomes,) = self.genomes(role, np.array([generation]))
+        return Team(role, side, controller, genomes, origin, controller.n_seen)
 
     def player(self, role: Role, generation: int) -> Team | ScriptedTeams:
         """Who plays a side in a generation."""

@@ -54,4 +54,5 @@ def _new_side(config: RunConfig, role: Role) -> Side:
     n_agents = config.env.team(role).n_agents
     generator = stream(config.seed, f"initial {role}")
     population = Subpopulations.random(config.esp, controller, n_agents, generator)
-    return EvolvingSide(population, HallOfFame(np.empty((0, len(population.genomes), *controller.shape), np.float32)))
+    nobody = np.empty((0, len(population.genomes), *controller.shape), np.float32)
+    return EvolvingSide(population, HallOfFame(nobody, config.esp.hof_size))

@@ -10,6 +10,7 @@ Colours are names of the page's palette, ``@predators`` for example, as it has a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,7 +19,7 @@ from esp_trainer.analysis.inference import interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
 from esp_trainer.report.measure import SHOWN, Measured, appeared
-from esp_trainer.types import ROLES, Role
+from esp_trainer.types import ROLES
 
 Figure: TypeAlias = dict[str, Any]
 """``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
@@ -184,9 +185,12 @@ def _diversity(runs: Sequence[Measured]) -> Figure:
 def _weights(runs: Sequence[Measured]) -> Figure:
     data = []
     for number, role in enumerate(ROLES):
-        sizes = [_sizes(run, role) for run in runs if run.source.history and role in run.source.history.champions]
-        if sizes:
-            data += _curve(np.arange(len(sizes[0])), np.stack(sizes), f"{role}, champions", f"@{role}", number)
+        histories = [run.source.history for run in runs if run.source.history]
+        evolved = [history for history in histories if role in history.champions]
+        if evolved:
+            kept = reduce(np.intersect1d, [history.kept for history in evolved])
+            sizes = np.stack([_sizes(history.genomes(role, kept)) for history in evolved])
+            data += _curve(kept, sizes, f"{role}, champions", f"@{role}", number)
     data += [{**trace, "opacity": 0.5 * trace.get("opacity", 1)} for trace in _named(_both_roles(runs, 1))]
     return {
         "id": "weights",
@@ -205,10 +209,9 @@ def _named(traces: list[Any]) -> list[Any]:
     ]
 
 
-def _sizes(run: Measured, role: Role) -> np.ndarray:
+def _sizes(champions: np.ndarray) -> np.ndarray:
     """Mean size of the genes of each champion that a network reads (the others are 0)."""
-    assert run.source.history is not None
-    genes = np.abs(run.source.history.champions[role]).reshape(len(run.source.history.champions[role]), -1)
+    genes = np.abs(champions).reshape(len(champions), -1)
     return np.asarray(genes.sum(axis=1) / np.maximum(1, (genes != 0).sum(axis=1)), float)
 
 

@@ -56,7 +56,7 @@ def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, An
     if role not in history.champions:
         script = ScriptedTeam.of(settings.policy, role, env).compiled(role, env, 0)
         return {"name": settings.policy, "script": list(script)}
-    genomes = history.champions[role][generations].astype("<f4")
+    genomes = history.genomes(role, generations).astype("<f4")
     return {
         "generations": generations.tolist(),
         "controller": controller(side_controller(history.config, role)),

@@ -137,7 +137,7 @@ def _teams(runs: Sequence[Measured]) -> list[dict[str, Any]]:
 
 def _kept(run: Measured, history: History, *, whole: bool) -> np.ndarray:
     if whole or run.own is None or run.watched is None:
-        return np.arange(len(history))
+        return history.kept
     played = run.own.predators if "predators" in history.champions else run.own.prey
     return np.union1d(played, run.watched.generations)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis.history import CURVES, History, curves_of
+from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
@@ -62,14 +63,14 @@ def read(path: Path) -> Source:
     config = directory.read_config()
     missing: list[str] = []
     lines = _lines(directory.metrics_file, missing)
-    champions = _champions(directory, config, missing)
-    lengths = [len(array) for array in champions.values()] + ([len(lines)] if lines else [])
+    champions, kept = _champions(directory, config, missing)
+    lengths = ([int(kept[-1]) + 1] if champions else []) + ([len(lines)] if lines else [])
     n = min(lengths, default=0)
     if not n:
         raise ValueError("; ".join([f"{path} has no generation yet: there is nothing to show", *missing]))
     curves = curves_of(lines[:n]) if lines else {}
     unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in CURVES}
-    history = History(config, {r: a[:n] for r, a in champions.items()}, curves or unknown) if champions else None
+    history = History(config, champions, curves or unknown, kept).first(n) if champions else None
     return Source(
         name=path.resolve().name,
         path=path,
@@ -99,29 +100,40 @@ def _lines(log: Path, missing: list[str]) -> list[dict[str, Any]]:
     return found
 
 
-def _champions(directory: RunDirectory, config: RunConfig, missing: list[str]) -> dict[Role, np.ndarray]:
-    """Those of the checkpoint, or if that cannot be read the files of each generation up to one that is not whole."""
+def _champions(
+    directory: RunDirectory, config: RunConfig, missing: list[str]
+) -> tuple[dict[Role, np.ndarray], np.ndarray]:
+    """Those of the checkpoint, or if that cannot be read those that have files, up to one that is not whole; and their
+    generations.
+    """
     try:
-        sides, _ = load_checkpoint(directory.checkpoint_file, config)
-        return {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
+        sides, done = load_checkpoint(directory.checkpoint_file, config)
+        found = {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
+        return found, kept_generations(done, config.esp.hof_size)
     except FileNotFoundError:
         pass  # a run that has just begun
     except ValueError as error:
         missing.append(f"{error}: the champions' own files are read instead.")
-    found: dict[Role, np.ndarray] = {}
+    genomes: dict[Role, dict[int, np.ndarray]] = {}
     for role in [role for role in ROLES if side_config(config, role).policy == "esp"]:
-        genomes: list[np.ndarray] = []
-        while (file := directory.champion_file(role, len(genomes))).exists():
-            try:
-                genomes.append(Team.load(file).genomes)
-            except DamagedFileError as error:
-                missing.append(f"{error}: it and later champions are left out.")
-                break
-        if not genomes:
+        genomes[role] = _whole(directory, role, missing)
+        if not genomes[role]:
             missing.append(f"{directory.champions.name} holds no {role}: no match can be played.")
-            return {}
-        found[role] = np.stack(genomes)
-    return found
+            return {}, np.empty(0, int)
+    kept = sorted(set.intersection(*map(set, genomes.values())))
+    return {role: np.stack([teams[n] for n in kept]) for role, teams in genomes.items()}, np.array(kept)
+
+
+def _whole(directory: RunDirectory, role: Role, missing: list[str]) -> dict[int, np.ndarray]:
+    """Generation -> its champion of one side, from the champions' own files up to one that is damaged."""
+    genomes: dict[int, np.ndarray] = {}
+    for generation in directory.champion_generations(role):
+        try:
+            genomes[generation] = Team.load(directory.champion_file(role, generation)).genomes
+        except DamagedFileError as error:
+            missing.append(f"{error}: it and later champions are left out.")
+            break
+    return genomes
 
 
 def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from esp_trainer.coevolution.hall_of_fame import HallOfFame
+from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.subpopulations import Subpopulations
@@ -62,11 +62,12 @@ def _restore(
             continue
         population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.hall_of_fame"]
         _check(f"{role}.genomes", genomes, population.genomes.shape)
-        _check(f"{role}.hall_of_fame", fame, (generations, *side.hall_of_fame.champions.shape[1:]))
+        kept, size = kept_generations(generations, config.esp.hof_size), config.esp.hof_size
+        _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
         best = progress[role]["best"]
         sides[role] = EvolvingSide(
             Subpopulations(population.config, population.controller, genomes.copy()),
-            HallOfFame(fame),
+            HallOfFame(fame, size, generations),
             -np.inf if best is None else float(best),
             int(progress[role]["stagnant"]),
         )

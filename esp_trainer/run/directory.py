@@ -6,14 +6,14 @@
 | ``metrics.jsonl``                   | a line for each generation, the same however the run was stopped         |
 | ``timing.jsonl``                    | wall seconds of each generation, by phase                                |
 | ``checkpoint.safetensors``          | all that the next generation follows from                                |
-| ``champions/predators-00041.safetensors`` | each generation's champion of each side                            |
+| ``champions/predators-00041.safetensors`` | each generation's champion of each side; see ``esp.hof_size`` |
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Any
 
 from esp_trainer.config import RunConfig
 from esp_trainer.files import SCHEMA, DamagedFileError, naming, to_json, write
-from esp_trainer.types import Role
+from esp_trainer.types import ROLES, Role
 
 try:
     import fcntl
@@ -146,12 +146,21 @@ class RunDirectory:
         self.champions.mkdir(exist_ok=True)
         for leftover in (*self.path.glob(".*.part"), *self.champions.glob(".*.part")):
             leftover.unlink()
-        for champion in self.champions.glob("*-*.safetensors"):
-            generation = champion.stem.rpartition("-")[2]
-            if generation.isdecimal() and int(generation) >= generations:
-                champion.unlink()
+        self.keep_champions(range(generations))
         write(self.metrics_file, b"".join(kept))
         write(self.timing_file, b"".join(whole_lines(self.timing_file)[:generations]))
+
+    def champion_generations(self, role: Role) -> list[int]:
+        """Whose champions there are, in order."""
+        names = (file.stem.rpartition("-")[2] for file in self.champions.glob(f"{role}-*.safetensors"))
+        return sorted(int(name) for name in names if name.isdecimal())
+
+    def keep_champions(self, generations: Collection[int]) -> None:
+        """Delete the champions of all other generations."""
+        for role in ROLES:
+            for generation in self.champion_generations(role):
+                if generation not in generations:
+                    self.champion_file(role, generation).unlink()
 
 
 class Log:

@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Any
 
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
+from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
@@ -54,6 +55,7 @@ class Trainer:
             if done > wanted.generations:
                 raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
             directory.rewind(done)
+            _keep_champions(directory, wanted, done)
             if wanted != config:
                 directory.write_config(wanted)
             return cls(directory, wanted, Coevolution(wanted, sides, make(wanted)), done)
@@ -95,6 +97,7 @@ class Trainer:
         sync_directory(self.directory.champions)
         save_checkpoint(self.directory.checkpoint_file, self.config, self.coevolution.sides, self.done)
         sync_directory(self.directory.path)
+        _keep_champions(self.directory, self.config, self.done)
 
     def _save_champions(self, generation: Generation, held_out: dict[str, Any]) -> None:
         config = self.config
@@ -110,6 +113,13 @@ class Trainer:
                 champion.controller.n_seen,
             )
             team.save(self.directory.champion_file(role, generation.number))
+
+
+def _keep_champions(directory: RunDirectory, config: RunConfig, done: int) -> None:
+    """Of a run that is longer than its hall of fame, keep the files of those that are in it."""
+    kept = kept_generations(done, config.esp.hof_size)
+    if len(kept) < done:
+        directory.keep_champions(set(kept.tolist()))
 
 
 def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:

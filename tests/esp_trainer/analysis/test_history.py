@@ -47,7 +47,7 @@ def same(a: History, b: History) -> bool:
     """To the byte, and with the same types and shapes."""
 
     def content(history: History) -> Any:
-        arrays = {**history.champions, **history.curves}
+        arrays = {**history.champions, **history.curves, "kept": history.kept}
         return history.config, {k: (v.dtype, v.shape, v.tobytes()) for k, v in arrays.items()}, list(history.champions)
 
     return bool(content(a) == content(b))
@@ -57,6 +57,7 @@ SETTINGS = {
     "both evolve": small(),
     "a central controller": small(kind="central"),
     "opponents from the hall of fame": small(esp=small().esp.replace(pairing="hall_of_fame")),
+    "a small hall of fame": small(esp=small().esp.replace(hof_size=3)),
     "scripted prey": small({"prey": "flee_nearest"}),
     "scripted predators": small({"predators": "greedy_chase"}),
 }
@@ -86,6 +87,21 @@ def test_its_champions_are_those_of_the_champion_files(trained: Path):
         for generation in range(N):
             saved = Team.load(RunDirectory(trained).champion_file(role, generation))
             np.testing.assert_array_equal(history.champions[role][generation], saved.genomes)
+
+
+def test_of_a_long_run_the_champions_are_those_that_are_kept(tmp_path: Path):
+    path = train(tmp_path / "run", small(esp=small().esp.replace(hof_size=4), generations=11))
+    history = History.of_run(path)
+    assert len(history) == 11
+    assert history.kept.tolist() == [0, 4, 8, 10]
+    assert history.sample(3).tolist() == [0, 8, 10]
+    saved = Team.load(RunDirectory(path).champion_file("prey", 8))
+    assert (history.team("prey", 8).genomes == saved.genomes).all()
+    assert (history.genomes("prey", np.array([8, 4]))[0] == saved.genomes).all()
+    assert history.first(9).kept.tolist() == [0, 4, 8]
+    for generation in (7, 9, 11, -1):
+        with pytest.raises(ValueError, match=f"no champion is kept of generation {generation}"):
+            history.team("prey", generation)
 
 
 def test_its_curves_are_those_of_the_log(trained: Path):

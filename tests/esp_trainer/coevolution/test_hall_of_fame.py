@@ -1,4 +1,4 @@
-"""Past champions: in order, copied, unchanging."""
+"""Past champions: in order, copied, unchanging, and never more than there is room for."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from esp_trainer.coevolution.hall_of_fame import HallOfFame
+from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 
 SHAPE = (2, 1, 3, 4)
+ROOM = 100
 
 
 def champion(number: int) -> np.ndarray:
@@ -17,7 +18,7 @@ def champion(number: int) -> np.ndarray:
 
 
 def empty() -> HallOfFame:
-    return HallOfFame(np.empty((0, *SHAPE), np.float32))
+    return HallOfFame(np.empty((0, *SHAPE), np.float32), ROOM)
 
 
 def test_an_empty_hall_has_no_champions():
@@ -28,7 +29,8 @@ def test_an_empty_hall_has_no_champions():
 
 @given(st.integers(0, 5), st.integers(1, 70))
 def test_champions_stand_in_order_of_generation(n_before: int, n_added: int):
-    fame = HallOfFame(np.array([champion(k) for k in range(n_before)], np.float32).reshape(-1, *SHAPE))
+    before = np.array([champion(k) for k in range(n_before)], np.float32).reshape(-1, *SHAPE)
+    fame = HallOfFame(before, ROOM, n_before)
     for number in range(n_before, n_before + n_added):
         fame.add(champion(number))
         assert len(fame) == number + 1
@@ -39,7 +41,7 @@ def test_champions_stand_in_order_of_generation(n_before: int, n_added: int):
 
 def test_what_comes_in_is_copied():
     first, later = np.array([champion(1)]), champion(2)
-    fame = HallOfFame(first)
+    fame = HallOfFame(first, ROOM, 1)
     first[:] = 77
     fame.add(later)
     later[:] = 77
@@ -63,3 +65,57 @@ def test_champions_handed_out_before_do_not_change_when_more_come():
         fame.add(champion(number))
     assert before.shape == (1, *SHAPE)
     assert (before == 1).all()
+
+
+@pytest.mark.parametrize(
+    ("done", "kept"),
+    [
+        (0, []),
+        (1, [0]),
+        (4, [0, 1, 2, 3]),
+        (5, [0, 2, 4]),
+        (6, [0, 2, 4, 5]),
+        (7, [0, 2, 4, 6]),
+        (8, [0, 4, 7]),
+        (9, [0, 4, 8]),
+        (13, [0, 4, 8, 12]),
+        (14, [0, 8, 13]),
+        (1000, [0, 512, 999]),
+    ],
+)
+def test_a_hall_of_four_keeps_every_second_fourth_eighth_and_the_last(done: int, kept: list[int]):
+    assert kept_generations(done, 4).tolist() == kept
+
+
+@given(st.integers(2, 40), st.integers(0, 300))
+def test_a_hall_that_is_full_keeps_what_it_had_or_less_and_the_newest(size: int, done: int):
+    before, after = (set(kept_generations(n, size).tolist()) for n in (done, done + 1))
+    assert after <= before | {done}
+    assert done in after
+    assert size / 2 < len(after) <= size or len(after) == done + 1
+
+
+@given(st.integers(2, 12), st.integers(0, 60))
+def test_champions_are_those_of_the_generations_that_are_kept(size: int, done: int):
+    fame = HallOfFame(np.empty((0, *SHAPE), np.float32), size)
+    for number in range(done):
+        fame.add(champion(number))
+    assert fame.champions[:, 0, 0, 0, 0].tolist() == fame.generations.tolist() == kept_generations(done, size).tolist()
+    again = HallOfFame(fame.champions, size, done)
+    for hall in (fame, again):
+        hall.add(champion(done))
+    assert (again.champions == fame.champions).all()
+
+
+def test_a_hall_takes_no_more_memory_than_twice_its_size():
+    fame = HallOfFame(np.empty((0, *SHAPE), np.float32), 20)
+    for number in range(10_000):
+        fame.add(champion(number))
+    base = fame.champions.base
+    assert base is not None
+    assert len(base) <= 40
+
+
+def test_champions_of_another_number_of_generations_are_refused():
+    with pytest.raises(ValueError, match="after 5 generations 3 champions are kept, got 5"):
+        HallOfFame(np.zeros((5, *SHAPE), np.float32), 4, 5)

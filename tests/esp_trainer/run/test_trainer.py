@@ -18,6 +18,7 @@ from esp_trainer.files import DamagedFileError, read_arrays
 from esp_trainer.presets import preset
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.trainer import Trainer
+from esp_trainer.types import ROLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -36,6 +37,8 @@ VARIANTS = {
     "mixed": _esp(pairing="mixed"),
     "hall_of_fame": _esp(pairing="hall_of_fame"),
     "previous_champion": _esp(pairing="previous_champion"),
+    "a small hall of fame": _esp(hof_size=5),
+    "a small hall of fame that is met": _esp(hof_size=3, pairing="hall_of_fame"),
     "scripted prey": SMOKE.replace(prey=SMOKE.prey.replace(policy="flee_nearest")),
     "scripted predators": SMOKE.replace(predators=SMOKE.predators.replace(policy="greedy_chase")),
     "monolithic with bias": SMOKE.replace(prey=SMOKE.prey.replace(controller="monolithic", bias=True)),
@@ -392,6 +395,26 @@ def test_every_champion_is_a_team_that_says_where_it_came_from(tmp_path: Path, s
                 "score": champion.score,
                 "held_out": generation.held_out.as_dict(),
             }
+
+
+def test_of_a_run_longer_than_its_hall_of_fame_every_second_champion_is_kept(
+    tmp_path: Path, start: Any, resume: Any
+) -> None:
+    trainer = start(tmp_path, _esp(hof_size=5).replace(checkpoint_every=4, generations=14))
+
+    def kept() -> list[int]:
+        both = [trainer.directory.champion_generations(role) for role in ROLES]
+        assert both[0] == both[1]
+        return both[0]
+
+    by_generation = {}
+    for generation in trainer.generations():
+        by_generation[generation.number] = kept()
+    assert by_generation[4] == [0, 1, 2, 3, 4]
+    assert by_generation[6] == [0, 1, 2, 3, 4, 5, 6]  # until the checkpoint that can do without them
+    assert by_generation[8] == [0, 2, 4, 6, 7, 8]  # generation 7's checkpoint has gone through them
+    assert kept() == [0, 4, 8, 12, 13]
+    assert [len(side.hall_of_fame) for side in trainer.coevolution.evolving.values()] == [5, 5]
 
 
 def test_only_a_side_that_evolves_has_champions(tmp_path: Path, start: Any) -> None:
