@@ -18,7 +18,8 @@ agent, a subpopulation of candidate neurons. A gene string is the neuron's input
 its output weights (section V). A central controller counts as one agent."""
 
 Indices: TypeAlias = np.ndarray
-"""int64 ``(n_trials, n_agents, n_networks, n_hidden)``: which candidate each hidden neuron of each trial's team is."""
+"""int ``(n_trials, n_agents, n_networks, n_hidden)``: which candidate each hidden neuron of each trial's team is. They
+are most of what a trial needs, so those of a generation are of the smallest type that holds them."""
 
 Fitness: TypeAlias = np.ndarray
 """float64, higher is better."""

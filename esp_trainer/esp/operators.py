@@ -17,12 +17,12 @@ def neuron_fitness(chosen: np.ndarray, fitness: Fitness, size: int) -> Fitness:
 
     Args:
         chosen: Which neuron of each subpopulation each trial used, int ``(n_trials, S)``.
-        fitness: What each trial's team earned for each subpopulation, ``(n_trials, S)``.
+        fitness: What each trial earned for those subpopulations, ``(n_trials,)``.
         size: Neurons in a subpopulation.
     """
     n_subpopulations = chosen.shape[1]
     flat = (chosen + size * np.arange(n_subpopulations)).ravel()
-    total = np.bincount(flat, fitness.ravel(), n_subpopulations * size)
+    total = np.bincount(flat, np.repeat(fitness, n_subpopulations), n_subpopulations * size)
     times = np.bincount(flat, minlength=n_subpopulations * size)
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(times > 0, total / times, -np.inf)

@@ -15,6 +15,8 @@ from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
+_GROUP = 4096  # trials
+
 
 class Spread(NamedTuple):
     """What the genes of a side's subpopulations are like, those that a network reads."""
@@ -52,8 +54,10 @@ class Subpopulations:
         """Uniform random genes."""
         n_networks, n_hidden, n_genes = controller.shape
         shape = (n_agents // controller.n_together, n_networks, n_hidden, config.subpopulation_size, n_genes)
-        genes = generator.uniform(-config.init_range, config.init_range, shape)
-        return cls(config, controller, _only_used(genes.astype(np.float32), controller))
+        genes = np.empty(shape, np.float32)
+        for genome in genes:  # one by one, as twice the memory goes into their drawing
+            genome[:] = generator.uniform(-config.init_range, config.init_range, genome.shape)
+        return cls(config, controller, _only_used(genes, controller))
 
     def ask(self, generator: np.random.Generator) -> EvolvedTeams:
         """Teams for a generation's trials: a random neuron of each subpopulation, with replacement."""
@@ -65,8 +69,11 @@ class Subpopulations:
 
     def draw(self, generator: np.random.Generator, n_trials: int) -> EvolvedTeams:
         """Random teams that are not to be bred from, as opponents are."""
-        shape = (n_trials, *self.genomes.shape[:3])
-        indices = generator.integers(0, self.config.subpopulation_size, shape)
+        size, team = self.config.subpopulation_size, self.genomes.shape[:3]
+        indices = np.empty((n_trials, *team), np.min_scalar_type(size - 1))
+        for first in range(0, n_trials, _GROUP):  # drawn in groups the numbers are the same, but not all in memory
+            group = indices[first : first + _GROUP]
+            group[:] = generator.integers(0, size, group.shape)
         return EvolvedTeams(self.controller, self.genomes, indices)
 
     def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> None:
@@ -80,16 +87,18 @@ class Subpopulations:
         """
         if self._asked is None:
             raise RuntimeError("tell() needs the teams of ask() first")
-        n_trials, n_genomes, n_networks, n_hidden = self._asked.shape
+        n_trials, n_genomes = self._asked.shape[:2]
         expected = (n_trials, n_genomes * self.controller.n_together)
         if fitness.shape != expected:
             raise ValueError(f"fitness must have shape {expected}, got {fitness.shape}")
         earned = fitness.reshape(n_trials, n_genomes, -1).mean(axis=2)
-        shared = np.repeat(earned, n_networks * n_hidden, axis=1)
-        chosen = self._asked.reshape(n_trials, -1)
-        scores = operators.neuron_fitness(chosen, shared, self.config.subpopulation_size)
+        chosen = self._asked.reshape(n_trials, n_genomes, -1)
+        scores = [
+            operators.neuron_fitness(chosen[:, genome], earned[:, genome], self.config.subpopulation_size)
+            for genome in range(n_genomes)
+        ]
         self._asked = None
-        self._breed(operators.ranking(scores), champions, generator)
+        self._breed(operators.ranking(np.concatenate(scores)), champions, generator)
 
     def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
         """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""
@@ -108,13 +117,16 @@ class Subpopulations:
     def spread(self) -> Spread:
         """How far apart the neurons of a subpopulation are, and how large their genes."""
         n_neurons = self.config.subpopulation_size
-        genes = self.genomes.reshape(len(self._used), n_neurons, -1).astype(np.float64)
-        read = np.arange(genes.shape[2]) < self._used[:, None]
         share = np.full(n_neurons, 1 / n_neurons)  # products with it are means, and much faster than means
-        apart = genes - genes[:, :1]  # about one of them, so that no digits are lost
-        variance = share @ apart**2 - (share @ apart) ** 2
-        deviations = np.sqrt(np.maximum(variance, 0.0))
-        return Spread(float(deviations[read].mean()), float((share @ np.abs(genes))[read].mean()))
+        deviations, sizes = [], []
+        for genome in self.genomes:
+            genes = genome.reshape(-1, n_neurons, genome.shape[-1]).astype(np.float64)
+            apart = genes - genes[:, :1]  # about one of them, so that no digits are lost
+            variance = share @ apart**2 - (share @ apart) ** 2
+            deviations.append(np.sqrt(np.maximum(variance, 0.0)))
+            sizes.append(share @ np.abs(genes))
+        read = np.arange(self.genomes.shape[-1]) < self._used[:, None]
+        return Spread(*(float(np.concatenate(values)[read].mean()) for values in (deviations, sizes)))
 
     def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
         """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``, which each

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise, starmap
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from predprey_env.lanes import LANES
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.scripted import Script
 
+_MOST_BLOCKS = 128  # in a part: with subpopulations of 100, its indices take eight times what they take in the batch
 _PARTS_PER_THREAD = 2  # a thread whose episodes are short takes over a part of one whose are long
 
 
@@ -74,19 +76,33 @@ class FusedEvaluator:
             steps=np.zeros((n_trials, n_episodes), np.int64),
             trace=np.full((n_traced, n_episodes, env.max_cycles + 1, env.n_agents, 2), -1, np.int32),
         )
-        n_blocks = -(-n_trials // LANES)
-        n_parts = 1 if self.threads == 1 else max(1, min(n_blocks, self.threads * _PARTS_PER_THREAD))
-        bounds = np.linspace(0, n_blocks, n_parts + 1).astype(int).tolist()
 
-        def play(first: int, last: int) -> None:
-            memory = make_memory(env.rules, predators, prey)
-            play_blocks(env.rules, predators, prey, starts, first, last, outcome, memory)
+        def play(part: slice) -> None:
+            sides = _part(predators, part), _part(prey, part)
+            ours = Outcome(*(array[part] for array in outcome))
+            play_blocks(env.rules, *sides, starts[part], ours, make_memory(env.rules, *sides))
 
-        if n_parts == 1:  # where Ctrl-C gets through, also while it compiles
-            play(0, n_blocks)
+        if self.threads == 1:  # where Ctrl-C gets through, also while it compiles
+            for part in _parts(n_trials, 1):
+                play(part)
         else:
-            list(self._pool.map(play, bounds[:-1], bounds[1:]))
+            list(self._pool.map(play, _parts(n_trials, self.threads * _PARTS_PER_THREAD)))
         return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
+
+
+def _parts(n_trials: int, n: int) -> list[slice]:
+    """Trials in so many parts of whole blocks, or in more and smaller ones; one part where there are none."""
+    n_blocks = -(-n_trials // LANES)
+    n_parts = max(1, min(n, n_blocks), -(-n_blocks // _MOST_BLOCKS))
+    bounds = LANES * np.linspace(0, n_blocks, n_parts + 1).astype(int)
+    return list(starmap(slice, pairwise(bounds.tolist())))
+
+
+def _part(side: Side, part: slice) -> Side:
+    """The teams of a part of the trials, their indices as the kernel reads them."""
+    if side.script.number:
+        return side
+    return side._replace(indices=np.require(side.indices[part], np.int64, ["C", "W"]))
 
 
 def _cores() -> int:
@@ -116,5 +132,4 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
         raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")
     # Read-only arrays are another type to Numba, and would be compiled for anew.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
-    indices = np.require(teams.indices, np.int64, ["C", "W"])
-    return Side(Script(0, n_opponents, n_actions), controller, genomes, indices)
+    return Side(Script(0, n_opponents, n_actions), controller, genomes, teams.indices)

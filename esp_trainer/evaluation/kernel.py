@@ -239,12 +239,9 @@ def _end_episodes(memory: Memory, starts: Any, first_trial: int, active: int, ru
 
 
 @entry_point
-def play_blocks(
-    rules: Rules, predators: Side, prey: Side, starts: Any, first: int, last: int, outcome: Outcome, memory: Memory
-) -> None:
-    """Play the trials of blocks ``first`` to ``last - 1``, each of ``LANES`` trials."""
-    for block in range(first, last):
-        first_trial = block * LANES
+def play_blocks(rules: Rules, predators: Side, prey: Side, starts: Any, outcome: Outcome, memory: Memory) -> None:
+    """Play trials, in blocks of ``LANES``."""
+    for first_trial in range(0, len(starts), LANES):
         active = min(LANES, len(starts) - first_trial)
         _load_block(predators, prey, starts, first_trial, active, outcome, memory)
         unfinished = active

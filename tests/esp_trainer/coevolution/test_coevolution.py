@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from esp_trainer.coevolution import coevolution as module
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from esp_trainer.esp import subpopulations
 from esp_trainer.esp.team import as_candidates, pick
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -81,6 +83,33 @@ def test_the_same_seed_gives_the_same_bytes_however_trials_are_shared_out(monkey
     expected = everything(*evolve(config, 3, FusedEvaluator(config.env, 2)))
     monkeypatch.setattr(fused, "_PARTS_PER_THREAD", 1)
     assert everything(*evolve(config, 3, FusedEvaluator(config.env, 3))) == expected
+
+
+@pytest.mark.parametrize("size", [12, 300])  # indices of one byte, and of two
+def test_the_same_seed_gives_the_same_bytes_in_groups_of_any_size(size: int, monkeypatch: pytest.MonkeyPatch):
+    config = small(n_trials=100, pairing="mixed", subpopulation_size=size)
+    expected = everything(*evolve(config, 3))
+    monkeypatch.setattr(subpopulations, "_GROUP", 7)
+    monkeypatch.setattr(fused, "_MOST_BLOCKS", 1)
+    assert everything(*evolve(config, 3)) == expected
+
+
+def test_memory_grows_by_less_than_a_kilobyte_a_trial():
+    def peak(n_trials: int) -> int:
+        config = RunConfig(
+            env=EnvConfig(size=12, max_cycles=2),
+            esp=EspConfig(subpopulation_size=300, n_trials=n_trials),
+            champion=ChampionConfig(n_candidates=2, n_held_out=8),
+        )
+        run = Coevolution(config, new_sides(config), FusedEvaluator(config.env, threads=2))
+        tracemalloc.start()
+        try:
+            run.step(0)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    assert (peak(50_000) - peak(10_000)) / 40_000 < 900
 
 
 def test_other_seeds_give_other_runs():

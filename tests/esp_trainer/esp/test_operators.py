@@ -30,23 +30,23 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 def test_a_neurons_fitness_is_the_mean_over_its_trials():
     chosen = np.array([[0, 2], [1, 2], [0, 0], [0, 2]])
-    fitness = np.array([[1.0, 10.0], [2.0, 20.0], [3.0, 30.0], [5.0, 60.0]])
-    assert neuron_fitness(chosen, fitness, 4).tolist() == [[3.0, 2.0, -INF, -INF], [30.0, -INF, 30.0, -INF]]
+    fitness = np.array([1.0, 2.0, 3.0, 6.0])
+    assert neuron_fitness(chosen, fitness, 4).tolist() == [[10 / 3, 2.0, -INF, -INF], [3.0, -INF, 3.0, -INF]]
 
 
 def test_an_untested_neuron_is_worse_than_any_fitness():
-    scores = neuron_fitness(np.array([[1]]), np.array([[-1e300]]), 2)
+    scores = neuron_fitness(np.array([[1]]), np.array([-1e300]), 2)
     assert ranking(scores).tolist() == [[1, 0]]
 
 
 @given(st.integers(1, 30), st.integers(1, 4), st.integers(1, 6), st.integers(0, 100))
 def test_neuron_fitness_equals_a_plain_loop(n_trials: int, n_subpopulations: int, size: int, seed: int):
     chosen = rng(seed).integers(0, size, (n_trials, n_subpopulations))
-    fitness = rng(seed + 1).integers(0, 100, (n_trials, n_subpopulations)) / 4  # sums are exact
+    fitness = rng(seed + 1).integers(0, 100, n_trials) / 4  # sums are exact
     scores = neuron_fitness(chosen, fitness, size)
     for subpopulation in range(n_subpopulations):
         for neuron in range(size):
-            own = fitness[chosen[:, subpopulation] == neuron, subpopulation]
+            own = fitness[chosen[:, subpopulation] == neuron]
             assert scores[subpopulation, neuron] == (own.mean() if len(own) else -INF)
 
 

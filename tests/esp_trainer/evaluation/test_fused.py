@@ -113,6 +113,18 @@ def test_results_do_not_depend_on_the_parts_that_threads_take(
     assert as_bytes(FusedEvaluator(ENV, threads=2).evaluate(batch)) == expected
 
 
+def test_results_and_traces_do_not_depend_on_how_large_parts_may_be(
+    random_batch: Callable[..., TrialBatch], monkeypatch: pytest.MonkeyPatch
+):
+    batch = random_batch(CONFIG, 100, 2)
+    result, trace = FusedEvaluator(ENV, threads=1).play(batch)
+    monkeypatch.setattr(fused, "_MOST_BLOCKS", 2)
+    for threads in (1, 2):
+        again, trace_again = FusedEvaluator(ENV, threads).play(batch)
+        assert as_bytes(again) == as_bytes(result)
+        assert trace_again.tobytes() == trace.tobytes()
+
+
 def test_traces_do_not_depend_on_the_number_of_threads(random_batch: Callable[..., TrialBatch]):
     batch = random_batch(CONFIG, 90, 2)
     traces = [FusedEvaluator(ENV, threads).trace(batch).tobytes() for threads in (1, 2, 7)]
