@@ -15,8 +15,6 @@ from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
-_GROUP = 4096  # trials
-
 
 class Spread(NamedTuple):
     """What the genes of a side's subpopulations are like, those that a network reads."""
@@ -69,11 +67,8 @@ class Subpopulations:
 
     def draw(self, generator: np.random.Generator, n_trials: int) -> EvolvedTeams:
         """Random teams that are not to be bred from, as opponents are."""
-        size, team = self.config.subpopulation_size, self.genomes.shape[:3]
-        indices = np.empty((n_trials, *team), np.min_scalar_type(size - 1))
-        for first in range(0, n_trials, _GROUP):  # drawn in groups the numbers are the same, but not all in memory
-            group = indices[first : first + _GROUP]
-            group[:] = generator.integers(0, size, group.shape)
+        size, shape = self.config.subpopulation_size, (n_trials, *self.genomes.shape[:3])
+        indices = generator.integers(0, size, shape).astype(np.min_scalar_type(size - 1))
         return EvolvedTeams(self.controller, self.genomes, indices)
 
     def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> None:

@@ -13,7 +13,6 @@ from esp_trainer.coevolution import coevolution as module
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
-from esp_trainer.esp import subpopulations
 from esp_trainer.esp.team import as_candidates, pick
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -86,10 +85,9 @@ def test_the_same_seed_gives_the_same_bytes_however_trials_are_shared_out(monkey
 
 
 @pytest.mark.parametrize("size", [12, 300])  # indices of one byte, and of two
-def test_the_same_seed_gives_the_same_bytes_in_groups_of_any_size(size: int, monkeypatch: pytest.MonkeyPatch):
+def test_the_same_seed_gives_the_same_bytes_however_large_parts_may_be(size: int, monkeypatch: pytest.MonkeyPatch):
     config = small(n_trials=100, pairing="mixed", subpopulation_size=size)
     expected = everything(*evolve(config, 3))
-    monkeypatch.setattr(subpopulations, "_GROUP", 7)
     monkeypatch.setattr(fused, "_MOST_BLOCKS", 1)
     assert everything(*evolve(config, 3)) == expected
 
