@@ -88,6 +88,10 @@ class EvolvedTeams:
     genomes: Genomes
     indices: Indices
 
+    def part(self, trials: slice) -> EvolvedTeams:
+        """The teams of some trials, made of the same candidates."""
+        return EvolvedTeams(self.controller, self.genomes, self.indices[trials])
+
 
 @dataclass(frozen=True)
 class ScriptedTeams:
@@ -97,6 +101,10 @@ class ScriptedTeams:
 
     def as_teams(self, n_trials: int) -> ScriptedTeams:  # noqa: ARG002 - it is the same in any number of them
         """The script in every trial of a batch."""
+        return self
+
+    def part(self, trials: slice) -> ScriptedTeams:  # noqa: ARG002 - likewise
+        """The script in some trials."""
         return self
 
 
@@ -120,6 +128,10 @@ class TrialBatch:
     starts: np.ndarray
     """What each episode starts from: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)``
     cells."""
+
+    def part(self, trials: slice) -> TrialBatch:
+        """Some of the trials."""
+        return TrialBatch(self.predators.part(trials), self.prey.part(trials), self.starts[trials])
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ LAYERS = [
     ["teams"],
     ["coevolution"],
     ["run"],
+    ["cluster"],
     ["evaluation"],
     ["analysis"],
     ["benchmark", "report"],

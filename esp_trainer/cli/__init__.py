@@ -18,6 +18,7 @@ from esp_trainer.presets import PRESETS, preset
 from esp_trainer.tasks import TASKS
 from esp_trainer.types import ROLES
 
+_ADDRESS = "HOST:PORT of its head node, auto for the one that is running here, or local to start one"
 _SPECS = """SPEC is one of
 
   greedy_chase                              a script
@@ -105,9 +106,10 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
 
 def _train(options: argparse.Namespace, fields: list[str]) -> int:
     following = training.Following(options.quiet, options.tensorboard)
+    players = training.Players(options.threads, options.address)
     if options.command == "resume":
-        return training.resume(options.directory, options.generations, options.threads, following)
-    return training.train(override(preset(options.preset), fields), options.out, options.threads, following)
+        return training.resume(options.directory, options.generations, players, following)
+    return training.train(override(preset(options.preset), fields), options.out, players, following)
 
 
 def _analyse(options: argparse.Namespace) -> int:
@@ -162,6 +164,7 @@ def _parser() -> argparse.ArgumentParser:
     resume.add_argument("--generations", type=_positive, metavar="N", help="go on to this many")
     for each in (train, resume):
         each.add_argument("--threads", type=_positive, metavar="N", help="by default one for each core")
+        each.add_argument("--address", metavar="ADDRESS", help=f"play on a Ray cluster: {_ADDRESS}")
         each.add_argument("--quiet", action="store_true", help="a line for each checkpoint, and no progress bar")
         each.add_argument("--tensorboard", action="store_true", help="write event files for TensorBoard too")
     watch = command("watch", "follow a run live: its curves, and its newest champions at play")

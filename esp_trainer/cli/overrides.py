@@ -14,7 +14,7 @@ from predprey_env.settings import field_names
 FIELDS = [name for name in field_names(RunConfig) if name != "preset"]
 """What can be set; which preset it is, is said by the first argument."""
 
-_OWN = ["out", "threads", "quiet"]
+_OWN = ["out", "threads", "address", "quiet", "tensorboard"]
 
 
 def split(arguments: list[str]) -> tuple[list[str], list[str]]:

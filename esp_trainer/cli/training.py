@@ -7,15 +7,18 @@ import shlex
 import signal
 import sys
 from collections import deque
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
 from tqdm import tqdm
 
+from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
 from esp_trainer.run.trainer import Trainer, record
@@ -23,6 +26,34 @@ from esp_trainer.types import Evaluator, ScriptedTeams
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # generations in the closing summary
+
+
+@dataclass(frozen=True)
+class Players:
+    """Who plays a run's trials."""
+
+    threads: int | None = None
+    """Of this process; by default one for each core."""
+    address: str | None = None
+    """Of a Ray cluster that plays them in shards; see :func:`esp_trainer.cluster.connected`."""
+
+    def connected(self) -> AbstractContextManager[None]:
+        """Be connected to the cluster, if there is one."""
+        return connected(self.address) if self.address else nullcontext()
+
+    def evaluator(self, config: RunConfig) -> Evaluator:
+        """An evaluator whose kernel is compiled."""
+        threads = self.threads
+        evaluator = (
+            ShardedEvaluator(config.env, threads=threads) if self.address else FusedEvaluator(config.env, threads)
+        )
+        _say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
+        handler = signal.signal(signal.SIGINT, _leave)
+        try:
+            evaluator.compile()
+        finally:
+            signal.signal(signal.SIGINT, handler)
+        return evaluator
 
 
 @dataclass(frozen=True)
@@ -35,20 +66,25 @@ class Following:
     """Event files for TensorBoard in the run's directory."""
 
 
-def train(config: RunConfig, out: Path | None, threads: int | None, following: Following) -> int:
+def train(config: RunConfig, out: Path | None, players: Players, following: Following) -> int:
     """Begin a run."""
     if following.tensorboard:
         check_installed()
     directory = RunDirectory(out or Path("runs") / f"{config.preset}-seed{config.seed}")
-    trainer = Trainer.start(directory, config, lambda config: _evaluator(config, threads))
-    return _run(trainer, following)
+    with players.connected():
+        return _run(Trainer.start(directory, config, players.evaluator), following)
 
 
-def resume(directory: Path, generations: int | None, threads: int | None, following: Following) -> int:
+def resume(directory: Path, generations: int | None, players: Players, following: Following) -> int:
     """Go on with a run."""
     if following.tensorboard:
         check_installed()
-    trainer = Trainer.resume(RunDirectory(directory), lambda config: _evaluator(config, threads), generations)
+    with players.connected():
+        return _go_on(Trainer.resume(RunDirectory(directory), players.evaluator, generations), following)
+
+
+def _go_on(trainer: Trainer, following: Following) -> int:
+    directory = trainer.directory.path
     if trainer.done == trainer.config.generations:
         _say(f"{directory} has all its {trainer.done} generations; give --generations to go on")
         return 0
@@ -58,17 +94,6 @@ def resume(directory: Path, generations: int | None, threads: int | None, follow
             _say(f"begun with {name} {begun[name]}, now {now[name]}: the generations to come may be others")
     _say(f"going on with {directory} from generation {trainer.done}")
     return _run(trainer, following)
-
-
-def _evaluator(config: RunConfig, threads: int | None) -> Evaluator:
-    evaluator = FusedEvaluator(config.env, threads)
-    _say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
-    handler = signal.signal(signal.SIGINT, _leave)
-    try:
-        evaluator.compile()
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    return evaluator
 
 
 def _leave(number: int, _frame: FrameType | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise, starmap
 
@@ -83,17 +84,19 @@ class FusedEvaluator:
             play_blocks(env.rules, *sides, starts[part], ours, make_memory(env.rules, *sides))
 
         if self.threads == 1:  # where Ctrl-C gets through, also while it compiles
-            for part in _parts(n_trials, 1):
+            for part in blocks(n_trials, 1, _MOST_BLOCKS):
                 play(part)
         else:
-            list(self._pool.map(play, _parts(n_trials, self.threads * _PARTS_PER_THREAD)))
+            list(self._pool.map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, _MOST_BLOCKS)))
         return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
 
 
-def _parts(n_trials: int, n: int) -> list[slice]:
-    """Trials in so many parts of whole blocks, or in more and smaller ones; one part where there are none."""
+def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:
+    """Trials in ``n`` parts of whole blocks; in fewer where there are not as many blocks, and in more where a part
+    would have above ``most`` of them. No trials are one part.
+    """
     n_blocks = -(-n_trials // LANES)
-    n_parts = max(1, min(n, n_blocks), -(-n_blocks // _MOST_BLOCKS))
+    n_parts = max(1, min(n, n_blocks), -(-n_blocks // most))
     bounds = LANES * np.linspace(0, n_blocks, n_parts + 1).astype(int)
     return list(starmap(slice, pairwise(bounds.tolist())))
 
@@ -130,6 +133,7 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
     n_candidates = teams.genomes.shape[3]
     if teams.indices.size and not 0 <= teams.indices.min() <= teams.indices.max() < n_candidates:
         raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")
-    # Read-only arrays are another type to Numba, and would be compiled for anew.
+    # Read-only arrays, as other processes share them, are another type to Numba, and would be compiled for anew.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
+    controller = controller._replace(wiring=np.require(controller.wiring, np.int64, ["C", "W"]))
     return Side(Script(0, n_opponents, n_actions), controller, genomes, teams.indices)

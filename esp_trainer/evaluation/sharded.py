@@ -1,0 +1,90 @@
+"""The evaluator for more than one machine: a batch in shards, each played by a worker of a Ray cluster."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from esp_trainer import cluster
+from esp_trainer.evaluation.fused import FusedEvaluator, blocks
+from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from predprey_env.config import EnvConfig
+
+LEAST_EPISODES = 500
+"""In a shard: what is played in about the time that it takes to send them (docs/scaling.md)."""
+
+
+class ShardedEvaluator:
+    """Plays batches on the Ray cluster that the process is connected to (:func:`esp_trainer.cluster.connected`).
+
+    The results are those of :class:`~esp_trainer.evaluation.fused.FusedEvaluator`, byte for byte, whatever the number
+    of shards and of workers, and whichever of them die. What would not fill two shards is played here.
+
+    Args:
+        env: The world.
+        shards: Of a batch; by default one for each core of the cluster, counted anew for each batch.
+        least_episodes: In a shard.
+        threads: For what is played here.
+    """
+
+    def __init__(
+        self,
+        env: EnvConfig,
+        shards: int | None = None,
+        least_episodes: int = LEAST_EPISODES,
+        threads: int | None = None,
+    ) -> None:
+        self.env = env
+        self.shards = shards
+        self.least_episodes = least_episodes
+        self._here = FusedEvaluator(env, threads)
+        self.starts = self._here.starts
+
+    def compile(self) -> None:
+        """Get the kernel ready here; a node that has not played before does so with its first shard."""
+        self._here.compile()
+
+    def evaluate(self, batch: TrialBatch) -> TrialResult:
+        """Play every episode of every trial."""
+        n_trials, n_episodes = batch.starts.shape[:2]
+        shards = min(n_trials * n_episodes // self.least_episodes, self.shards or cluster.cores())
+        if shards < 2:
+            return self._here.evaluate(batch)
+        common = cluster.share((self.env, _without_indices(batch.predators), _without_indices(batch.prey)))
+        parts = [batch.part(trials) for trials in blocks(n_trials, shards)]
+        shares = [(_indices(part.predators), _indices(part.prey), part.starts) for part in parts]
+        results = cluster.gather([cluster.submit(_play, common, *share) for share in shares])
+        return TrialResult(
+            np.concatenate([result.fitness for result in results]),
+            np.concatenate([result.captured for result in results]),
+            np.concatenate([result.steps for result in results]),
+        )
+
+
+def _play(
+    common: tuple[EnvConfig, Teams, Teams], predators: np.ndarray | None, prey: np.ndarray | None, starts: np.ndarray
+) -> TrialResult:
+    """A shard, on a worker."""
+    env, hunters, hunted = common
+    batch = TrialBatch(_with_indices(hunters, predators), _with_indices(hunted, prey), starts)
+    return _evaluator(env).evaluate(batch)
+
+
+@lru_cache(maxsize=4)
+def _evaluator(env: EnvConfig) -> FusedEvaluator:
+    return FusedEvaluator(env, threads=1)
+
+
+def _indices(teams: Teams) -> np.ndarray | None:
+    return teams.indices if isinstance(teams, EvolvedTeams) else None
+
+
+def _without_indices(teams: Teams) -> Teams:
+    """What all shards have in common: the candidates."""
+    return teams.part(slice(0))
+
+
+def _with_indices(teams: Teams, indices: np.ndarray | None) -> Teams:
+    return teams if indices is None or isinstance(teams, ScriptedTeams) else replace(teams, indices=indices)
