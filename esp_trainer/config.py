@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies import SCRIPTS, PredatorScript, PreyScript
-from predprey_env.settings import Settings
+from predprey_env.settings import Settings, field_names, unknown_field
 
 
 class SideConfig(Settings):
@@ -166,3 +167,16 @@ class RunConfig(Settings):
         if "esp" not in (self.predators.policy, self.prey.policy):
             raise ValueError("at least one of predators.policy and prey.policy must be 'esp', got two scripts")
         return self
+
+    def with_fields(self, fields: Mapping[str, Any]) -> RunConfig:
+        """A validated copy with some fields changed, by their names with dots: ``{"esp.n_trials": 200}``."""
+        whole = self.model_dump()
+        for name, value in fields.items():
+            *path, leaf = name.split(".")
+            section = whole
+            for part in path:
+                section = section.setdefault(part, {})
+                if not isinstance(section, dict):
+                    raise ValueError(unknown_field(name, field_names(RunConfig)))
+            section[leaf] = value
+        return RunConfig.from_dict(whole)

@@ -51,14 +51,7 @@ def read_options(options: list[str]) -> dict[str, Any]:
 
 def override(config: RunConfig, options: list[str]) -> RunConfig:
     """The config with the fields that the options name, validated."""
-    fields = config.model_dump()
-    for name, value in read_options(options).items():
-        *path, leaf = name.split(".")
-        section = fields
-        for part in path:
-            section = section[part]
-        section[leaf] = value
-    return RunConfig.from_dict(fields)
+    return config.with_fields(read_options(options))
 
 
 def _hint(name: str) -> str:

@@ -20,7 +20,7 @@ from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.directory import RunDirectory
+from esp_trainer.run.directory import RunDirectory, Tail
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 
@@ -39,21 +39,16 @@ class _Log:
     """A run's log, of which only what is new is read each time."""
 
     def __init__(self, file: Path) -> None:
-        self._file, self._read = file, 0
+        self._file, self._tail = file, Tail(file)
         self.lines: list[dict[str, Any]] = []
         self.curves: dict[str, np.ndarray] = {}
 
     def look(self) -> int:
         """Read what is new; how many generations there are."""
-        size = self._file.stat().st_size if self._file.exists() else 0
-        if size < self._read:  # resumed from an earlier checkpoint
-            self._read = 0
+        new, cut = self._tail.look()
+        if cut:
             self.lines.clear()
-        if size > self._read:
-            with self._file.open("rb") as file:
-                file.seek(self._read)
-                new = [line for line in file.read(size - self._read).splitlines(keepends=True) if line.endswith(b"\n")]
-            self._read += sum(map(len, new))
+        if new:
             try:
                 self.lines += map(json.loads, new)
                 self.curves = curves_of(self.lines)

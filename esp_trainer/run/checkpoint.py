@@ -40,9 +40,9 @@ def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], in
     """Both sides, and how many generations they have behind them."""
     header, arrays = read_arrays(path, "checkpoint")
     try:
-        different = _difference(_filled(dict(header.get("config", {}))), config.model_dump())
+        different = difference(_filled(dict(header.get("config", {}))), config.model_dump())
         if different:
-            raise OtherConfigError(f"{path} belongs to another config: {different}")
+            raise OtherConfigError(f"{path} belongs to another config: {different} in config.json")
         return _restore(config, arrays, header["sides"], int(header["generations"])), int(header["generations"])
     except OtherConfigError:
         raise
@@ -88,14 +88,14 @@ def _filled(saved: dict[str, Any], defaults: dict[str, Any] | None = None) -> di
     return whole
 
 
-def _difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "") -> str | None:
-    """The first setting that two configs do not share, in words."""
+def difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "") -> str | None:
+    """The first setting that two configs do not share, of those that matter: what it is there, and here."""
     for name in {**saved, **wanted}:
         ours, theirs = wanted.get(name), saved.get(name)
         if isinstance(ours, dict) and isinstance(theirs, dict):
-            inner = _difference(theirs, ours, f"{prefix}{name}.")
+            inner = difference(theirs, ours, f"{prefix}{name}.")
             if inner:
                 return inner
         elif ours != theirs and prefix + name not in NO_MATTER:
-            return f"{prefix}{name} is {json.dumps(theirs)} there and {json.dumps(ours)} in config.json"
+            return f"{prefix}{name} is {json.dumps(theirs)} there and {json.dumps(ours)}"
     return None

@@ -88,15 +88,7 @@ class RunDirectory:
 
     def lock(self) -> None:
         """Keep every other process out until this one ends or :meth:`unlock` is called."""
-        if fcntl is None:  # not on this system
-            return
-        descriptor = os.open(self.path, os.O_RDONLY)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(descriptor)
-            raise BlockingIOError(f"{self.path} is in use by another process") from None
-        self._lock = descriptor
+        self._lock = lock(self.path)
 
     def unlock(self) -> None:
         """Let others in."""
@@ -163,6 +155,22 @@ class RunDirectory:
                     self.champion_file(role, generation).unlink()
 
 
+def lock(directory: Path) -> int | None:
+    """Keep every other process that asks out of a directory, until the descriptor that comes back is closed.
+
+    Raises :class:`BlockingIOError` if another process has it. On systems that cannot lock nothing happens: None.
+    """
+    if fcntl is None:
+        return None
+    descriptor = os.open(directory, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise BlockingIOError(f"{directory} is in use by another process") from None
+    return descriptor
+
+
 class Log:
     """A file of JSON lines, one for each generation."""
 
@@ -185,6 +193,27 @@ class Log:
         """Let the file go."""
         with naming(self._path):
             self._file.close()
+
+
+class Tail:
+    """What is new in a log that another process writes."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._read = path, 0
+
+    def look(self) -> tuple[list[bytes], bool]:
+        """Whole lines since the last look, and whether the log has been cut, so that they are all that it holds."""
+        size = self._path.stat().st_size if self._path.exists() else 0
+        cut = size < self._read  # resumed from an earlier checkpoint
+        if cut:
+            self._read = 0
+        if size == self._read:
+            return [], cut
+        with self._path.open("rb") as file:
+            file.seek(self._read)
+            new = [line for line in file.read(size - self._read).splitlines(keepends=True) if line.endswith(b"\n")]
+        self._read += sum(map(len, new))
+        return new, cut
 
 
 def whole_lines(path: Path) -> Sequence[bytes]:
