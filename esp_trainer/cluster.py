@@ -110,6 +110,26 @@ def gather(tasks: Sequence[Any]) -> list[Any]:
         raise ConnectionError(f"the Ray cluster lost a task: {str(error).splitlines()[0]}") from None
 
 
+def ended(tasks: Sequence[Any], timeout: float) -> list[Any]:
+    """Those of some tasks that have ended; waits up to so many seconds for the first."""
+    import ray
+
+    if not tasks or not ray.wait(list(tasks), timeout=timeout)[0]:
+        return []
+    return list(ray.wait(list(tasks), num_returns=len(tasks), timeout=0)[0])
+
+
+def cancel(tasks: Sequence[Any], grace: float) -> None:
+    """End tasks: by an interrupt, and if that does not help within ``grace`` seconds by killing their workers."""
+    import ray
+
+    left = list(tasks)
+    for force in (False, True):
+        for task in left:
+            ray.cancel(task, force=force)
+        left = ray.wait(left, num_returns=len(left), timeout=grace)[1] if left else []
+
+
 def _call(expected: dict[str, str], function: Callable[..., Any], *arguments: Any) -> Any:
     """What a worker runs."""
     if versions() != expected:

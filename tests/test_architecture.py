@@ -19,7 +19,7 @@ LAYERS = [
     ["cluster"],
     ["evaluation"],
     ["analysis"],
-    ["benchmark", "report"],
+    ["benchmark", "report", "sweep"],
     ["cli"],
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}

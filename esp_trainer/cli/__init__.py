@@ -19,6 +19,18 @@ from esp_trainer.tasks import TASKS
 from esp_trainer.types import ROLES
 
 _ADDRESS = "HOST:PORT of its head node, auto for the one that is running here, or local to start one"
+_SWEEP = """FILE declares the runs, for example
+
+  preset = ["paper-3v2", "modern-3v2"]  # or one of them
+  seeds = 10                            # 0 to 9; or a list
+
+  [fields]                              # of every run's config; a list is tried value by value
+  generations = 100
+  esp.n_trials = [500, 1000]
+
+Each run has a directory of its own in DIR. The same command goes on after Ctrl-C, kill -9 or a power cut, does again
+what failed, and does what was added to FILE. On a cluster of several machines DIR must be one that all of them share.
+"""
 _SPECS = """SPEC is one of
 
   greedy_chase                              a script
@@ -89,6 +101,10 @@ def _run(arguments: list[str]) -> int:
 def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
     if options.command in ("train", "resume"):
         return _train(options, fields)
+    if options.command == "sweep":
+        from esp_trainer.cli.sweep import sweep  # as below
+
+        return sweep(options.file, options.out, options.workers, options.address, quiet=options.quiet)
     if options.command == "evaluate":
         return teams.evaluate(options.team, options.against, options.episodes, options.seed)
     if options.command == "show":
@@ -167,6 +183,13 @@ def _parser() -> argparse.ArgumentParser:
         each.add_argument("--address", metavar="ADDRESS", help=f"play on a Ray cluster: {_ADDRESS}")
         each.add_argument("--quiet", action="store_true", help="a line for each checkpoint, and no progress bar")
         each.add_argument("--tensorboard", action="store_true", help="write event files for TensorBoard too")
+    sweep = command("sweep", "do many runs: presets by values of fields by seeds", _SWEEP)
+    sweep.add_argument("file", type=Path, metavar="FILE", help="which; see below")
+    sweep.add_argument("--out", type=Path, metavar="DIR", help="where to; by default runs/ and the name of the file")
+    where = sweep.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=_positive, metavar="N", help="runs at a time; by default one for each core")
+    where.add_argument("--address", metavar="ADDRESS", help=f"do them on a Ray cluster: {_ADDRESS}")
+    sweep.add_argument("--quiet", action="store_true", help="a line for each run, and no bars")
     watch = command("watch", "follow a run live: its curves, and its newest champions at play")
     watch.add_argument("run", type=Path, metavar="RUN", help="a directory in which train or resume is at work")
     watch.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second")

@@ -1,0 +1,186 @@
+"""``sweep``: many runs at once on the terminal."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from esp_trainer.cluster import connected
+from esp_trainer.files import write
+from esp_trainer.run.directory import RunDirectory, Tail, lock
+from esp_trainer.sweep.local import LocalPool
+from esp_trainer.sweep.on_cluster import ClusterPool
+from esp_trainer.sweep.plan import PlannedRun, read_plan
+from esp_trainer.sweep.pool import Pool, Work
+from esp_trainer.sweep.results import Result, is_whole, result_of, table, write_csv
+
+_LOOK = 0.25  # seconds between looks at the runs
+
+
+def sweep(file: Path, out: Path | None, workers: int | None, address: str | None, *, quiet: bool) -> int:
+    """Do all runs of a sweep that are not whole, and say what came of them."""
+    plan = read_plan(file)
+    out = out or Path("runs") / file.stem
+    out.mkdir(parents=True, exist_ok=True)
+    held = lock(out)
+    try:
+        write(out / "sweep.toml", file.read_bytes())
+        todo = [run for run in plan if not is_whole(out / run.name, run)]
+        _say(
+            f"{len(plan)} runs in {out}" + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
+        )
+        failed, stopped = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, False)
+        results = [result_of(out / run.name, run, failed.get(run.name)) for run in plan]
+        write_csv(out / "runs.csv", results)
+    finally:
+        if held is not None:
+            os.close(held)
+    _tell(results, out)
+    if stopped:
+        _say(f"stopped; go on with: esp-trainer sweep {shlex.quote(str(file))} --out {shlex.quote(str(out))}")
+        return 128 + signal.SIGINT
+    return 1 if failed else 0
+
+
+def _do(
+    todo: Sequence[PlannedRun], out: Path, workers: int | None, address: str | None, *, quiet: bool
+) -> tuple[dict[str, str], bool]:
+    """Why runs failed, by name, and whether somebody stopped it all."""
+    failed: dict[str, str] = {}
+    work = [Work(out / run.name, run.config) for run in todo]
+    with connected(address) if address else nullcontext(), _interrupted_by(signal.SIGTERM):
+        pool: Pool = ClusterPool(work) if address else LocalPool(work, workers or os.cpu_count() or 1)
+        try:
+            with _view(todo, out, quiet=quiet) as look:
+                left = len(todo)
+                while left:
+                    for path, reason in pool.outcomes(_LOOK):
+                        left -= 1
+                        if reason:
+                            failed[path.name] = reason
+                        look(path.name, reason)
+                    look(None, None)
+        except KeyboardInterrupt:
+            _say("stopping after the generations in hand; once more to stop at once")
+            pool.stop()
+            return failed, True
+        finally:
+            pool.close()
+    return failed, False
+
+
+@contextmanager
+def _interrupted_by(number: int) -> Iterator[None]:
+    """Take a signal for Ctrl-C."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    handler = signal.signal(number, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(number, handler)
+
+
+Look = Callable[[str | None, str | None], None]
+"""Called with a run that has ended and why it failed, or with neither to look at those that go on."""
+
+
+@contextmanager
+def _view(todo: Sequence[PlannedRun], out: Path, *, quiet: bool) -> Iterator[Look]:
+    if quiet or not sys.stderr.isatty():
+        yield _Lines(todo, out)
+        return
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=20),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[caught]}"),
+        TimeRemainingColumn(compact=True),
+    )
+    with Progress(*columns, console=console) as progress:
+        yield _Bars(todo, out, progress)
+
+
+class _Lines:
+    """A line for each run that ends."""
+
+    def __init__(self, todo: Sequence[PlannedRun], out: Path) -> None:
+        self._runs = {run.name: run for run in todo}
+        self._out, self._ended = out, 0
+
+    def __call__(self, name: str | None, reason: str | None) -> None:
+        if name is None:
+            return
+        self._ended += 1
+        result = result_of(self._out / name, self._runs[name], reason)
+        _say(f"[{self._ended}/{len(self._runs)}] {_line(result)}")
+
+
+class _Bars:
+    """A bar for each run in hand, and one for all."""
+
+    def __init__(self, todo: Sequence[PlannedRun], out: Path, progress: Progress) -> None:
+        self._runs = {run.name: run for run in todo}
+        self._out, self._progress, self._ended = out, progress, 0
+        self._tails = {run.name: Tail(RunDirectory(out / run.name).metrics_file) for run in todo}
+        self._done = dict.fromkeys(self._tails, 0)
+        self._bars: dict[str, TaskID] = {}
+        self._all = progress.add_task("", total=sum(run.config.generations for run in todo), caught="")
+        for name, tail in self._tails.items():  # what there is from before
+            self._done[name] = len(tail.look()[0])
+        progress.update(self._all, completed=sum(self._done.values()))
+
+    def __call__(self, name: str | None, reason: str | None) -> None:
+        for each, tail in self._tails.items():
+            lines, cut = tail.look()
+            if lines or cut:
+                self._done[each] = len(lines) + (0 if cut else self._done[each])
+                self._show(each)
+        if name is not None:
+            self._ended += 1
+            self._tails.pop(name)
+            if name in self._bars:
+                self._progress.remove_task(self._bars.pop(name))
+            self._progress.console.print(_line(result_of(self._out / name, self._runs[name], reason)), highlight=False)
+        ended = f"{self._ended} of {len(self._runs)} runs"
+        self._progress.update(self._all, completed=sum(self._done.values()), description=ended)
+
+    def _show(self, name: str) -> None:
+        if name not in self._bars:
+            self._bars[name] = self._progress.add_task(name, total=self._runs[name].config.generations, caught="")
+        result = result_of(self._out / name, self._runs[name], None)
+        caught = f"caught {result.figures['caught']:.2f}" if result.figures else ""
+        self._progress.update(self._bars[name], completed=self._done[name], caught=caught)
+
+
+def _line(result: Result) -> str:
+    if result.reason:
+        return f"{result.run.name}: failed: {result.reason}"
+    return f"{result.run.name}: {result.generations} generations, {result.figures['caught']:.2f} of the prey caught"
+
+
+def _tell(results: Sequence[Result], out: Path) -> None:
+    print("\n".join(table(results)))
+    failed = [result for result in results if result.reason]
+    for result in failed:
+        print(f"failed: {result.run.name}: {result.reason}")
+    print(f"  every run     {out / 'runs.csv'}")
+    cells = dict.fromkeys(result.run.cell for result in results if result.whole)
+    if cells:
+        print(f"next:\n  esp-trainer report {shlex.quote(f'{out / next(iter(cells))}')}-seed*")
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

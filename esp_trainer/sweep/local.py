@@ -1,0 +1,133 @@
+"""Runs in processes of this machine."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import Counter, deque
+from collections.abc import Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from types import FrameType
+
+from esp_trainer.config import RunConfig
+from esp_trainer.run.trainer import Trainer
+from esp_trainer.sweep.pool import Outcome, Work
+from esp_trainer.sweep.work import carry_out
+
+TRIES = 3
+"""How many workers a run may lose before it counts as failed."""
+
+
+class LocalPool:
+    """Worker processes; see :class:`~esp_trainer.sweep.pool.Pool`.
+
+    One that dies costs only the time since the last checkpoint of its run, which another goes on with. They end when
+    this process does, however it ends.
+    """
+
+    def __init__(self, runs: Sequence[Work], n_workers: int) -> None:
+        self._waiting = deque(runs)
+        self._lost: Counter[Path] = Counter()
+        self._workers = [_Worker() for _ in range(min(n_workers, len(runs)))]
+
+    def outcomes(self, timeout: float) -> list[Outcome]:
+        """What has ended."""
+        for worker in self._workers:
+            if worker.work is None and self._waiting:
+                worker.do(self._waiting.popleft())
+        busy = {worker.connection: worker for worker in self._workers if worker.work}
+        ended = [worker for connection, worker in busy.items() if connection in wait(list(busy), timeout)]
+        return [outcome for outcome in map(self._look, ended) if outcome]
+
+    def _look(self, worker: _Worker) -> Outcome | None:
+        work = worker.work
+        assert work is not None
+        try:
+            reason = worker.connection.recv()
+        except (EOFError, OSError):
+            return self._replace(worker, work)
+        worker.work = None
+        return Outcome(work.path, reason)
+
+    def _replace(self, dead: _Worker, work: Work) -> Outcome | None:
+        self._workers[self._workers.index(dead)] = _Worker()
+        code = dead.end()
+        self._lost[work.path] += 1
+        if self._lost[work.path] < TRIES:
+            self._waiting.appendleft(work)
+            return None
+        cause = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return Outcome(work.path, f"its process was lost {TRIES} times, the last time by {cause}")
+
+    def stop(self) -> None:
+        """A worker ends after the generation in hand, with a checkpoint."""
+        self._waiting.clear()
+        for worker in self._workers:
+            worker.process.terminate()
+        for worker in self._workers:
+            worker.process.join()
+
+    def close(self) -> None:
+        """Kill those that are left."""
+        for worker in self._workers:
+            worker.process.kill()
+            worker.end()
+
+
+class _Worker:
+    """A process, and the run that it has in hand."""
+
+    def __init__(self) -> None:
+        context = multiprocessing.get_context("spawn")  # a fork of a process that has threads can hang
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self.process.start()
+        theirs.close()  # so that its death ends the connection
+        self.work: Work | None = None
+
+    def do(self, work: Work) -> None:
+        self.work = work
+        with suppress(OSError):  # if it is dead, the next look will show
+            self.connection.send((work.path, work.config.model_dump()))
+
+    def end(self) -> int:
+        """Wait until it is gone; its exit code."""
+        self.process.join()
+        self.connection.close()
+        return self.process.exitcode or 0
+
+
+def _serve(connection: Connection) -> None:
+    """A worker's life: runs that come in, one after the other, until it is told to stop."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent to hear
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    trainers: list[Trainer] = []
+    stopping = threading.Event()
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        stopping.set()
+        if not trainers:  # nothing is begun that could be lost
+            os._exit(0)
+        trainers[-1].stop()
+
+    signal.signal(signal.SIGTERM, stop)
+    while not stopping.is_set():
+        try:
+            path, config = connection.recv()
+        except EOFError:
+            return
+        reason = carry_out(path, RunConfig.from_dict(config), trainers.append)
+        if not stopping.is_set():
+            connection.send(reason)
+        trainers.clear()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)  # at once, as a run is safe at any moment

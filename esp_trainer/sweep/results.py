@@ -1,0 +1,96 @@
+"""What came of a sweep: a line for each run, and for each cell the mean over its seeds."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from esp_trainer.analysis.inference import over_seeds
+from esp_trainer.coevolution.hall_of_fame import kept_generations
+from esp_trainer.coevolution.sides import EvolvingSide
+from esp_trainer.files import write
+from esp_trainer.run.checkpoint import load_checkpoint
+from esp_trainer.run.directory import RunDirectory, whole_lines
+from esp_trainer.sweep.plan import PlannedRun
+
+RECENT = 20
+"""Generations that the figures of a run are means of, its last."""
+FIGURES = ("caught", "predators_succeed", "prey_succeed")
+"""Champion against champion, from held-out starts."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A run of a sweep, as it stands."""
+
+    run: PlannedRun
+    path: Path
+    generations: int
+    figures: dict[str, float]
+    """Means of :data:`FIGURES` over its last generations; empty if it has none."""
+    reason: str | None
+    """Why it failed."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether it has all its generations."""
+        return self.reason is None and self.generations == self.run.config.generations
+
+
+def is_whole(path: Path, run: PlannedRun) -> bool:
+    """Whether there is nothing left to do for a run; what is damaged or another run is for its worker to refuse."""
+    directory, config = RunDirectory(path), run.config
+    try:
+        sides, done = load_checkpoint(directory.checkpoint_file, config)
+    except (OSError, ValueError):
+        return False
+    kept = kept_generations(done, config.esp.hof_size).tolist()
+    evolving = [role for role, side in sides.items() if isinstance(side, EvolvingSide)]
+    return done == config.generations and all(directory.champion_generations(role) == kept for role in evolving)
+
+
+def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
+    """A run's result, from its log."""
+    lines = whole_lines(RunDirectory(path).metrics_file)
+    try:
+        recent = [json.loads(line)["held_out"] for line in lines[-RECENT:]]
+        figures = {name: sum(each[name]["rate"] for each in recent) / len(recent) for name in FIGURES} if recent else {}
+    except (ValueError, TypeError, KeyError) as error:
+        return Result(run, path, len(lines), {}, reason or f"its log is damaged: {error}")
+    return Result(run, path, len(lines), figures, reason)
+
+
+def write_csv(file: Path, results: Sequence[Result]) -> None:
+    """A line for each run."""
+    text = io.StringIO(newline="")
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["run", "cell", "seed", "generations", *FIGURES, "failed"])
+    for each in results:
+        figures = [f"{each.figures[name]:.4f}" if each.figures else "" for name in FIGURES]
+        seed = each.run.config.seed
+        table.writerow([each.run.name, each.run.cell, seed, each.generations, *figures, each.reason or ""])
+    write(file, text.getvalue().encode())
+
+
+def table(results: Sequence[Result]) -> list[str]:
+    """A line for each cell: how many of its runs are whole, and the means over them with 95% intervals."""
+    cells = dict.fromkeys(result.run.cell for result in results)
+    width = max(map(len, ("", *cells)))
+    heads = "".join(f"{name.replace('_', ' '):>24}" for name in FIGURES)
+    lines = [f"{'':{width}}{'runs':>8}{heads}"]
+    for cell in cells:
+        runs = [result for result in results if result.run.cell == cell]
+        whole = [result for result in runs if result.whole]
+        figures = "".join(f"{_mean([result.figures[name] for result in whole]):>24}" for name in FIGURES)
+        lines.append(f"{cell:{width}}{f'{len(whole)}/{len(runs)}':>8}{figures}")
+    return lines
+
+
+def _mean(values: list[float]) -> str:
+    if len(values) < 2:
+        return f"{values[0]:.3f}" if values else "-"
+    return str(over_seeds(values))

@@ -1,0 +1,47 @@
+"""What a worker does with a run: begin it, or go on with it, until it is whole."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from esp_trainer.config import RunConfig
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.run.checkpoint import difference
+from esp_trainer.run.directory import RunDirectory
+from esp_trainer.run.trainer import Trainer
+from esp_trainer.types import Evaluator
+
+
+def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object] = lambda _: None) -> str | None:
+    """Do a run, on one thread; ``started`` is given its trainer, and can stop it.
+
+    Returns None, or in one line why it failed. A failure nobody foresaw leaves its traceback beside the run.
+    """
+    try:
+        trainer = _trainer(path, config)
+        started(trainer)
+        for _ in trainer.generations():
+            pass
+    except (ValueError, OSError, MemoryError) as error:
+        return (str(error) or type(error).__name__).splitlines()[0]
+    except Exception as error:
+        log = path.with_name(f"{path.name}.traceback.txt")
+        log.write_text(traceback.format_exc(), encoding="utf-8")
+        return f"{type(error).__name__}: {str(error).partition(chr(10))[0]}; see {log}"
+    return None
+
+
+def _trainer(path: Path, config: RunConfig) -> Trainer:
+    directory = RunDirectory(path)
+    if not directory.config_file.exists():
+        return Trainer.start(directory, config, _evaluator)
+    different = difference(directory.read_config().model_dump(), config.model_dump())
+    if different:
+        raise ValueError(f"{path} holds another run: {different} in the sweep")
+    return Trainer.resume(directory, _evaluator, config.generations)
+
+
+def _evaluator(config: RunConfig) -> Evaluator:
+    return FusedEvaluator(config.env, threads=1)
