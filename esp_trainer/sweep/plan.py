@@ -13,19 +13,20 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field
-
 from esp_trainer.config import RunConfig
 from esp_trainer.presets import preset
-from predprey_env.settings import Settings
+from predprey_env.settings import unknown_field
 
-_SAID_ELSEWHERE = {"preset": "preset", "seed": "seeds"}
+_MOST = 100_000
+_ENTRIES = ["preset", "seeds", "fields"]
 
 
 @dataclass(frozen=True)
@@ -42,44 +43,23 @@ class PlannedRun:
         return f"{self.cell}-seed{self.config.seed}"
 
 
-class SweepFile(Settings):
-    """What a sweep's file says."""
-
-    preset: str | list[str] = Field(min_length=1)
-    """The experiments."""
-    seeds: int | list[int] = Field(default=1)
-    """How many, from 0 on, or which."""
-    fields: dict[str, Any] = Field(default_factory=dict)
-    """Field of the config, by its name with dots, to its value or a list of them."""
-
-
 def read_plan(file: Path) -> list[PlannedRun]:
     """All runs of a sweep: presets by values of the varied fields by seeds, in the order of the file.
 
     Raises :class:`ValueError` with what is wrong with the file, in one line.
     """
     try:
-        declared = SweepFile.from_dict(tomllib.loads(file.read_text(encoding="utf-8")))
-        plan = list(_runs(declared))
-        names = [run.name for run in plan]
-        twice = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
-        if twice:
-            raise ValueError(f"runs must be different, got {min(twice)} more than once")
+        plan = _runs(tomllib.loads(file.read_text(encoding="utf-8")))
+        name, times = Counter(run.name for run in plan).most_common(1)[0]
+        if times > 1:
+            raise ValueError(f"runs must be different, got {name} {times} times")
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: {error}") from None
     return plan
 
 
-def _runs(declared: SweepFile) -> list[PlannedRun]:
-    presets = [declared.preset] if isinstance(declared.preset, str) else declared.preset
-    seeds = list(range(declared.seeds)) if isinstance(declared.seeds, int) else declared.seeds
-    values = {name: value if isinstance(value, list) else [value] for name, value in _flat(declared.fields).items()}
-    for name in values:
-        if name in _SAID_ELSEWHERE:
-            raise ValueError(f"{name} is no field of a sweep: say {_SAID_ELSEWHERE[name]}, above [fields]")
-    for what, given in {"seeds": seeds, **{f"fields.{name}": given for name, given in values.items()}}.items():
-        if not given:
-            raise ValueError(f"{what} must hold at least one value, got none")
+def _runs(declared: dict[str, Any]) -> list[PlannedRun]:
+    presets, seeds, values = _checked(declared)
     varied = [name for name, given in values.items() if len(given) > 1]
     runs = []
     for word, combination in product(presets, product(*values.values())):
@@ -88,6 +68,39 @@ def _runs(declared: SweepFile) -> list[PlannedRun]:
         cell = "-".join([word, *(f"{name}={_word(fields[name])}" for name in varied)])
         runs += [PlannedRun(cell, config.replace(seed=seed)) for seed in seeds]
     return runs
+
+
+def _checked(declared: dict[str, Any]) -> tuple[list[str], Sequence[int], dict[str, list[Any]]]:
+    """Presets, seeds, and the values of each field, as far as they can be judged before a config is made of them."""
+    for name in declared:
+        if name not in _ENTRIES:
+            raise ValueError(unknown_field(name, _ENTRIES))
+    if "preset" not in declared:
+        raise ValueError("preset is missing")
+    presets = _all(str, "preset must be a name or a list of names", declared["preset"])
+    seeds = declared.get("seeds", 1)
+    seeds = range(seeds) if type(seeds) is int else _all(int, "seeds must be a number or a list of numbers", seeds)
+    fields = declared.get("fields", {})
+    if not isinstance(fields, dict):
+        raise ValueError(f"fields must be a table, got {fields!r}")
+    values = {name: value if isinstance(value, list) else [value] for name, value in _flat(fields).items()}
+    for what, given in {"preset": presets, "seeds": seeds, **values}.items():
+        if not given:
+            raise ValueError(f"{what} must hold at least one value, got none")
+    for name, entry in (("preset", "preset"), ("seed", "seeds")):
+        if name in values:
+            raise ValueError(f"{name} is no field of a sweep: say {entry}, above [fields]")
+    n_runs = prod(map(len, (presets, seeds, *values.values())))
+    if n_runs > _MOST:
+        raise ValueError(f"a sweep must have at most {_MOST:,} runs, got {n_runs:,}")
+    return presets, seeds, values
+
+
+def _all(kind: type, expected: str, value: Any) -> list[Any]:
+    values = value if isinstance(value, list) else [value]
+    if not all(type(each) is kind for each in values):
+        raise ValueError(f"{expected}, got {value!r}")
+    return values
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
