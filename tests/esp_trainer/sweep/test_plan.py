@@ -1,0 +1,87 @@
+"""What a sweep's file stands for, and what is wrong with one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from esp_trainer.presets import preset
+from esp_trainer.sweep.plan import read_plan
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def plan_of(text: str, tmp_path: Path) -> list[tuple[str, str]]:
+    file = tmp_path / "sweep.toml"
+    file.write_text(text)
+    return [(run.cell, run.name) for run in read_plan(file)]
+
+
+def test_one_preset_is_one_run_of_seed_0(tmp_path: Path) -> None:
+    assert plan_of('preset = "smoke"', tmp_path) == [("smoke", "smoke-seed0")]
+
+
+def test_runs_are_presets_by_values_by_seeds_in_the_order_of_the_file(tmp_path: Path) -> None:
+    text = """
+        preset = ["smoke", "paper-3v1"]
+        seeds = [7, 3]
+        [fields]
+        generations = 9
+        prey.bias = [true, false]
+        "esp.mutation_rate" = [0.5]
+    """
+    cells = ["smoke-prey.bias=true", "smoke-prey.bias=false", "paper-3v1-prey.bias=true", "paper-3v1-prey.bias=false"]
+    assert plan_of(text, tmp_path) == [(cell, f"{cell}-seed{seed}") for cell in cells for seed in (7, 3)]
+    last = read_plan(tmp_path / "sweep.toml")[-1]
+    paper = preset("paper-3v1")
+    assert last.config == paper.replace(generations=9, seed=3, esp=paper.esp.replace(mutation_rate=0.5))
+
+
+def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
+    assert [name for _, name in plan_of('preset = "smoke"\nseeds = 3', tmp_path)] == [
+        "smoke-seed0",
+        "smoke-seed1",
+        "smoke-seed2",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "preset is missing"),
+        ("preset = 3", "preset must be a name or a list of names, got 3"),
+        ("preset = []", "preset must hold at least one value, got none"),
+        ('preset = "smok"', "unknown preset smok; did you mean smoke?"),
+        ('preset = "smoke"\nseed = 3', "unknown field seed; did you mean seeds?"),
+        ('preset = "smoke"\nseeds = 0', "seeds must hold at least one value, got none"),
+        ('preset = "smoke"\nseeds = [0.5]', "seeds must be a number or a list of numbers, got [0.5]"),
+        ('preset = "smoke"\nseeds = true', "seeds must be a number or a list of numbers, got True"),
+        ('preset = "smoke"\nseeds = [-1]', "seed must be at least 0, got -1"),
+        ('preset = "smoke"\nseeds = [1, 2, 1]', "runs must be different, got smoke-seed1 2 times"),
+        ('preset = "smoke"\nseeds = 100001', "a sweep must have at most 100,000 runs, got 100,001"),
+        ('preset = "smoke"\nfields = 1', "fields must be a table, got 1"),
+        (
+            'preset = "smoke"\n[fields]\nesp.n_trial = 3',
+            "unknown field esp.n_trial; did you mean esp.n_trials?",
+        ),
+        ('preset = "smoke"\n[fields]\nseed.x = 3', "unknown field seed.x; did you mean seed?"),
+        ('preset = "smoke"\n[fields]\nesp.n_trials = [5, "x"]', "esp.n_trials must be an integer, got 'x'"),
+        ('preset = "smoke"\n[fields]\nesp.n_trials = []', "esp.n_trials must hold at least one value, got none"),
+        ('preset = "smoke"\n[fields]\nseed = 3', "seed is no field of a sweep: say seeds, above [fields]"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line_with_the_file(text: str, says: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"sweep\.toml: ") as raised:
+        plan_of(text, tmp_path)
+    assert str(raised.value) == f"{tmp_path / 'sweep.toml'}: {says}"
+
+
+@pytest.mark.parametrize("data", [b'preset = "smoke"\n[fields', b"\xff\xfe", b"a = " + 10_000 * b"["])
+def test_a_file_that_is_no_toml_is_refused_in_one_line(data: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.toml"
+    file.write_bytes(data)
+    with pytest.raises(ValueError, match=r"sweep\.toml: ") as raised:
+        read_plan(file)
+    assert "\n" not in str(raised.value)

@@ -1,0 +1,235 @@
+"""Sweeps in processes of this machine: the bytes of single runs, whatever becomes of workers and driver."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from esp_trainer.cli import main
+from esp_trainer.run.directory import RunDirectory
+from esp_trainer.sweep.plan import read_plan
+from esp_trainer.sweep.results import is_whole, result_of, table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+
+CELLS = ["smoke-esp.n_trials=40", "smoke-esp.n_trials=60"]
+PATIENCE = 60.0  # seconds
+LONG = 120  # generations: enough to be disturbed
+
+
+def sweep(file: Path, out: Path, *options: str) -> int:
+    return main(["sweep", str(file), "--out", str(out), *options])
+
+
+def single(name: str, generations: int, out: Path) -> Path:
+    """The run that ``train`` makes of the same config."""
+    n_trials, seed = name.removeprefix("smoke-esp.n_trials=").split("-seed")
+    fields = ["--generations", str(generations), "--checkpoint_every", "2", "--esp.n_trials", n_trials, "--seed", seed]
+    assert main(["train", "smoke", *fields, "--out", str(out / name), "--quiet"]) == 0
+    return out / name
+
+
+@pytest.fixture(scope="module")
+def long_runs(tmp_path_factory: pytest.TempPathFactory, snapshot: Any) -> dict[str, dict[str, bytes]]:
+    """Of each cell, what a single run of seed 0 leaves that nothing disturbed."""
+    path = tmp_path_factory.mktemp("single")
+    return {cell: snapshot(single(f"{cell}-seed0", LONG, path)) for cell in CELLS}
+
+
+def workers_of(pid: int) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        try:
+            if entry.name.isdecimal() and b"spawn_main" in (entry / "cmdline").read_bytes():
+                parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                found += [int(entry.name)] if parent == pid else []
+        except OSError:
+            continue
+    return found
+
+
+def wait(happened: Callable[[], Any]) -> Any:
+    deadline = time.monotonic() + PATIENCE
+    while not (result := happened()):
+        assert time.monotonic() < deadline, "nothing happens"
+        time.sleep(0.005)
+    return result
+
+
+def test_every_run_has_the_bytes_of_a_single_one(
+    declared: Any, tmp_path: Path, snapshot: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert sweep(declared(), tmp_path / "out", "--workers", "2") == 0
+    output, error = capsys.readouterr()
+    names = [f"{cell}-seed{seed}" for cell in CELLS for seed in (0, 1)]
+    for name in names:
+        expected = single(name, 6, tmp_path / "single")
+        assert snapshot(tmp_path / "out" / name) == snapshot(expected)
+    assert [line.split()[:2] for line in output.splitlines()[1:3]] == [[cell, "2/2"] for cell in CELLS]
+    assert error.splitlines()[0] == f"4 runs in {tmp_path / 'out'}"
+    assert sum("6 generations, " in line for line in error.splitlines()) == 4
+    assert (tmp_path / "out/sweep.toml").read_bytes() == declared().read_bytes()
+    with (tmp_path / "out/runs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["run"] for row in rows] == names
+    assert all(row["generations"] == "6" and not row["failed"] for row in rows)
+
+
+def test_the_same_command_does_what_is_missing_and_what_was_added(
+    declared: Any, tmp_path: Path, snapshot: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert sweep(declared(seeds=1, generations=4), out) == 0
+    assert sweep(declared(seeds=1, generations=4), out) == 0
+    assert f"2 runs in {out}, 2 of them whole\n" in capsys.readouterr().err
+    assert sweep(declared(seeds=2, generations=6), out) == 0
+    error = capsys.readouterr().err
+    assert error.startswith(f"4 runs in {out}\n")
+    for cell in CELLS:
+        for seed in (0, 1):
+            name = f"{cell}-seed{seed}"
+            assert snapshot(out / name) == snapshot(single(name, 6, tmp_path / "single"))
+
+
+def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
+    declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, file = tmp_path / "out", declared(seeds=1)
+    other = out / f"{CELLS[0]}-seed0"
+    assert main(["train", "smoke", "--generations", "1", "--out", str(other), "--quiet"]) == 0
+    taken = RunDirectory(out / "taken")
+    capsys.readouterr()
+    assert sweep(file, out) == 1
+    output = capsys.readouterr().out
+    reason = f"{other} holds another run: esp.n_trials is 100 there and 40 in the sweep"
+    assert f"failed: {CELLS[0]}-seed0: {reason}\n" in output
+    assert [line.split()[1] for line in output.splitlines()[1:3]] == ["0/1", "1/1"]
+    assert reason in (out / "runs.csv").read_text()
+    assert not taken.path.exists()
+
+
+def test_a_sweep_that_another_process_does_is_left_alone(
+    declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    directory = RunDirectory(tmp_path)
+    directory.lock()
+    assert sweep(declared(), tmp_path) == 1
+    assert capsys.readouterr().err == f"esp-trainer: {tmp_path} is in use by another process\n"
+    assert not (tmp_path / "runs.csv").exists()
+
+
+def begin(file: Path, out: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "esp_trainer", "sweep", str(file), "--out", str(out), "--workers", "2"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+
+def under_way(out: Path, driver: subprocess.Popen[str]) -> None:
+    wait(lambda: driver.poll() is not None or len(list(out.glob("*/checkpoint.safetensors"))) >= 2)
+    assert driver.poll() is None, "the sweep was over before it could be disturbed"
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_costs_only_time(declared: Any, tmp_path: Path, snapshot: Any, long_runs: Any) -> None:
+    file, out = declared(seeds=1, generations=LONG), tmp_path / "out"
+    driver = begin(file, out)
+    under_way(out, driver)
+    for worker in workers_of(driver.pid):
+        os.kill(worker, signal.SIGKILL)
+    output, _ = driver.communicate(timeout=PATIENCE)
+    assert driver.returncode == 0
+    assert [line.split()[1] for line in output.splitlines()[1:3]] == ["1/1", "1/1"]
+    for cell, expected in long_runs.items():
+        assert snapshot(out / f"{cell}-seed0") == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=lambda number: number.name)
+def test_a_sweep_that_is_stopped_leaves_nobody_behind_and_goes_on(
+    number: signal.Signals, declared: Any, tmp_path: Path, snapshot: Any, long_runs: Any
+) -> None:
+    file, out = declared(seeds=1, generations=LONG), tmp_path / "out"
+    driver = begin(file, out)
+    under_way(out, driver)
+    workers = workers_of(driver.pid)
+    assert len(workers) == 2
+    if number == signal.SIGINT:
+        os.killpg(driver.pid, number)  # as a terminal does, to all in the foreground
+    else:
+        driver.send_signal(number)
+    _, error = driver.communicate(timeout=PATIENCE)
+    wait(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
+    assert "Traceback" not in error
+    if number != signal.SIGKILL:
+        assert driver.returncode == 128 + signal.SIGINT
+        assert f"stopped; go on with: esp-trainer sweep {file} --out {out}\n" in error
+        # With a checkpoint of the last generation, not of the last that was due.
+        for cell in CELLS:
+            done = len((out / f"{cell}-seed0/metrics.jsonl").read_bytes().splitlines())
+            assert RunDirectory(out / f"{cell}-seed0").champion_generations("prey") == list(range(done))
+    assert sweep(file, out) == 0
+    for cell, expected in long_runs.items():
+        assert snapshot(out / f"{cell}-seed0") == expected
+
+
+@pytest.mark.slow
+def test_a_run_that_kills_its_workers_is_given_up(declared: Any, tmp_path: Path) -> None:
+    file, out = declared(seeds=1, generations=3000), tmp_path / "out"
+    driver = begin(file, out)
+    victim = out / f"{CELLS[0]}-seed0"
+    killed: set[int] = set()
+
+    def holder() -> int | None:
+        """The worker that has the run's log open."""
+        for worker in workers_of(driver.pid):
+            try:
+                files = {entry.resolve() for entry in Path(f"/proc/{worker}/fd").iterdir()}
+            except OSError:
+                continue
+            if victim / "metrics.jsonl" in files and worker not in killed:
+                return worker
+        return None
+
+    for _ in range(3):
+        worker = wait(holder)
+        killed.add(worker)
+        os.kill(worker, signal.SIGKILL)
+    wait(lambda: (out / "sweep.toml").exists())
+    time.sleep(0.5)
+    driver.send_signal(signal.SIGINT)
+    output, _ = driver.communicate(timeout=PATIENCE)
+    assert f"failed: {victim.name}: its process was lost 3 times, the last time by SIGKILL" in output
+
+
+def test_a_run_is_whole_with_its_checkpoint_and_its_champions(declared: Any, tmp_path: Path) -> None:
+    file, out = declared(seeds=1), tmp_path / "out"
+    assert sweep(file, out) == 0
+    run = read_plan(file)[0]
+    assert is_whole(out / run.name, run)
+    (out / run.name / "champions/prey-00003.safetensors").unlink()
+    assert not is_whole(out / run.name, run)
+    assert not is_whole(out / "nowhere", run)
+
+
+def test_figures_are_means_over_the_last_twenty_generations(declared: Any, tmp_path: Path) -> None:
+    run = read_plan(declared(seeds=1, generations=30))[0]
+    path = tmp_path / run.name
+    path.mkdir()
+    rates = [{"rate": rate} for rate in [9.0] * 10 + [0.25] * 10 + [0.75] * 10]
+    held_out = [{"caught": rate, "predators_succeed": rate, "prey_succeed": rate} for rate in rates]
+    lines = [f'{{"generation": {n}, "held_out": {each}}}\n'.replace("'", '"') for n, each in enumerate(held_out)]
+    (path / "metrics.jsonl").write_text("".join(lines))
+    result = result_of(path, run, None)
+    assert result.figures == {"caught": 0.5, "predators_succeed": 0.5, "prey_succeed": 0.5}
+    assert result.whole
+    assert table([result])[1].split() == [run.cell, "1/1", "0.500", "0.500", "0.500"]
