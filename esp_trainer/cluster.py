@@ -11,6 +11,7 @@ import os
 import socket
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 from gymnasium.error import DependencyNotInstalled
@@ -87,9 +88,7 @@ def share(value: Any) -> Any:
 
 def submit(function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function on one core of some node; returns what :func:`gather` takes."""
-    import ray
-
-    return ray.remote(num_cpus=1, max_retries=RETRIES)(_call).remote(versions(), function, *arguments)
+    return _remote(RETRIES).remote(_versions(), function, *arguments)
 
 
 def gather(tasks: Sequence[Any]) -> list[Any]:
@@ -130,11 +129,24 @@ def cancel(tasks: Sequence[Any], grace: float) -> None:
         left = ray.wait(left, num_returns=len(left), timeout=grace)[1] if left else []
 
 
+@lru_cache
+def _remote(retries: int) -> Any:
+    """What a worker runs, as Ray takes it: made once, as every one that is made is sent to all workers."""
+    import ray
+
+    return ray.remote(num_cpus=1, max_retries=retries)(_call)
+
+
+@lru_cache
+def _versions() -> dict[str, str]:
+    return versions()
+
+
 def _call(expected: dict[str, str], function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a worker runs."""
-    if versions() != expected:
+    """A task: a call, where the versions are those of the driver."""
+    if _versions() != expected:
         here, there = (
-            ", ".join(f"{name} {version}" for name, version in each.items()) for each in (versions(), expected)
+            ", ".join(f"{name} {version}" for name, version in each.items()) for each in (_versions(), expected)
         )
         raise ValueError(f"node {socket.gethostname()} has {here}; the driver has {there}")
     return function(*arguments)

@@ -91,7 +91,7 @@ def test_what_is_wrong_with_a_batch_is_said_as_on_one_machine(
 
 
 def test_a_node_with_another_version_is_refused(workers: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "versions", lambda: {"predprey-esp": "9.9.9", "numpy": np.__version__})
+    monkeypatch.setattr(cluster, "_versions", lambda: {"predprey-esp": "9.9.9", "numpy": np.__version__})
     with (
         workers(1),
         pytest.raises(ValueError, match=r"^node .* has predprey-esp 0\.1\.0, .*; the driver has .* 9\.9\.9"),
