@@ -100,6 +100,15 @@ def test_peers_benchmark_fills_every_row_or_says_who_is_not_installed() -> None:
         assert missing or any(character.isdigit() for character in figure)
 
 
+@pytest.mark.slow
+def test_scaling_benchmark_fills_every_table() -> None:
+    done = script("bench_scaling.py", "--quick")
+    assert done.returncode == 0, done.stderr
+    tables = re.findall(r"(?:^\|.*\n)+", done.stdout, re.MULTILINE)
+    assert [len(table.splitlines()) - 2 for table in tables] == [3, 6, 8, 4, 3, 10]
+    assert not re.search(r"\b(nan|inf|None)\b", done.stdout)
+
+
 @pytest.mark.parametrize("name", ["bench_throughput.py", "bench_peers.py"])
 def test_benchmarks_refuse_a_part_that_does_not_exist(name: str) -> None:
     done = script(name, "--only", "nothing")

@@ -1,0 +1,1 @@
+"""Measurements of growth: more trials, larger subpopulations, more workers, more runs."""
