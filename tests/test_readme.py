@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from esp_trainer.cli import main
+from esp_trainer.sweep.plan import read_plan
 
 README = (Path(__file__).parent.parent / "README.md").read_text()
 ECOSYSTEM = Path(__file__).parent / "ecosystem"
@@ -46,6 +47,7 @@ def test_commands_of_the_readme_exist() -> None:
     assert commands <= {
         "train",
         "resume",
+        "sweep",
         "evaluate",
         "show",
         "replay",
@@ -57,6 +59,14 @@ def test_commands_of_the_readme_exist() -> None:
         "teams",
         "benchmark",
     }
+
+
+def test_the_sweep_of_the_readme_is_as_many_runs_as_it_says(tmp_path: Path) -> None:
+    (declared,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+    (tmp_path / "sweep.toml").write_text(declared)
+    plan = read_plan(tmp_path / "sweep.toml")
+    assert f"# {len(plan)} runs in runs/sweep" in README
+    assert {run.config.generations for run in plan} == {100}
 
 
 def test_every_tool_that_is_tried_has_tests_a_snippet_and_a_row() -> None:
