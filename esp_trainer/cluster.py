@@ -56,7 +56,8 @@ def connect(address: str) -> None:
     try:
         ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR, **own)
     except (ConnectionError, ValueError, RuntimeError) as error:
-        raise ConnectionError(f"no Ray cluster at {address}: {str(error).splitlines()[0]}") from None
+        hint = "; if it asks for a token, set RAY_AUTH_MODE=token" if ":" in address else ""
+        raise ConnectionError(f"no Ray cluster at {address}: {str(error).splitlines()[0]}{hint}") from None
 
 
 def _check_answers(address: str) -> None:

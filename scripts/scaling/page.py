@@ -25,6 +25,20 @@ would give is computed from it, below, with every assumption. A network was not 
 as many. A single run belongs on one machine as long as its generations are short. Sharding it over two machines of
 16 cores pays from {_from(model.pays_from(16, 2))} trials a generation on, {_times(model.pays_from(16, 2))} the paper's.
 
+## A cluster
+
+Install this package with its extra `ray` on every machine, in the same version (workers check it), then:
+
+```bash
+ray start --head --port=6379                        # on one of them, here called head
+ray start --address=head:6379                       # on each of the others
+esp-trainer sweep sweep.toml --address auto         # on any of them, with a directory that all share
+esp-trainer train paper-3v2 --address auto          # needs no shared directory: only the driver writes
+```
+
+From elsewhere give `--address head:6379`. Where Ray asks for a token, as it does by default from 2.60 on, that takes
+`RAY_AUTH_MODE=token` and the token of `ray get-auth-token`. Without a cluster `--address local` starts one for the time of the command.
+
 ## More trials, larger subpopulations, one machine
 
 A generation of `paper-3v2`, medians, {grown[0].threads} threads. The rest is champions, held-out episodes and breeding, without files.
