@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,12 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from esp_trainer.config import RunConfig
+    from esp_trainer.types import TrialBatch, TrialResult
 
 pytest.importorskip("ray")
 
@@ -73,6 +76,13 @@ def workers() -> Callable[[int], Any]:
             ray.shutdown()
 
     return connected
+
+
+@pytest.fixture(scope="module")
+def two_workers(workers: Any) -> Iterator[None]:
+    """Connected to a cluster with two cores, all tests of a module one after the other."""
+    with workers(2):
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -137,6 +147,25 @@ class Processes:
             assert time.monotonic() < deadline, "nothing happens"
             time.sleep(0.005)
         return result
+
+
+@pytest.fixture
+def play_and(processes: Processes) -> Callable[..., TrialResult]:
+    """``play_and(kill, batch, when)``: play a batch in shards, and kill something while they are played."""
+
+    def play(kill: Callable[[], None], batch: TrialBatch, when: Callable[[], Any]) -> TrialResult:
+        results: list[TrialResult] = []
+        evaluator = ShardedEvaluator(preset("paper-3v2").env, shards=4)
+        evaluator.evaluate(batch.part(slice(400)))  # workers are up, with their kernels
+        thread = threading.Thread(target=lambda: results.append(evaluator.evaluate(batch)))
+        thread.start()
+        processes.wait(when)
+        kill()
+        thread.join(PATIENCE)
+        (result,) = results
+        return result
+
+    return play
 
 
 @pytest.fixture(scope="session")
