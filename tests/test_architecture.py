@@ -18,14 +18,14 @@ LAYERS = [
     ["run"],
     ["cluster"],
     ["evaluation"],
-    ["analysis"],
+    ["analysis", "exact"],
     ["benchmark", "report", "sweep"],
     ["cli"],
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
-SEES_THE_WORLD = {"evaluation", "analysis", "benchmark", "report", "cli"}
+SEES_THE_WORLD = {"evaluation", "analysis", "exact", "benchmark", "report", "cli"}
 NOT_THE_WORLD = {"config", "settings", "compilation", "lanes", "floats", "policies"}
 
 

@@ -34,7 +34,7 @@ class FusedEvaluator:
     def __init__(self, env: EnvConfig, threads: int | None = None) -> None:
         self.env = env
         self.starts = CellStarts(env)
-        self.threads = threads or _cores()
+        self.threads = threads or cores()
         self._pool = ThreadPoolExecutor(self.threads)
 
     def compile(self) -> None:
@@ -108,7 +108,7 @@ def _part(side: Side, part: slice) -> Side:
     return side._replace(indices=np.require(side.indices[part], np.int64, ["C", "W"]))
 
 
-def _cores() -> int:
+def cores() -> int:
     """Those that this process may use, where the system tells."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
