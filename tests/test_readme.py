@@ -56,6 +56,7 @@ def test_commands_of_the_readme_exist() -> None:
         "behaviours",
         "report",
         "watch",
+        "exploitability",
         "teams",
         "benchmark",
     }

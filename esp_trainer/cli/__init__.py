@@ -130,12 +130,14 @@ def _train(options: argparse.Namespace, fields: list[str]) -> int:
 
 def _analyse(options: argparse.Namespace) -> int:
     """What needs SciPy and Matplotlib, which take a second to import."""
-    from esp_trainer.cli import analysis, behaviours, benchmark, report, watch
+    from esp_trainer.cli import analysis, behaviours, benchmark, exploitability, report, watch
     from esp_trainer.report.measure import Settings
 
     if options.command == "benchmark":
         settings = benchmark.Settings(options.role, options.task, options.episodes, options.seed, options.drawn)
         return benchmark.benchmark(options.policy, options.name, settings, options.out, options.leaderboard)
+    if options.command == "exploitability":
+        return exploitability.exploitability(options.policy, options.role, options.size, options.steps)
     if options.command == "watch":
         return watch.watch(options.run, options.fps)
     if options.command == "report":
@@ -230,6 +232,17 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--name", help="what to call it; by default its SPEC")
     benchmark.add_argument("--out", type=Path, metavar="DIR", help="where to; by default benchmarks/NAME-ROLE-TASK")
     benchmark.add_argument("--leaderboard", type=Path, metavar="FILE", help="put the result into that Markdown file")
+    exploitability = command("exploitability", "say how far a policy is from optimal play, on a small torus", _SPECS)
+    exploitability.add_argument("policy", metavar="SPEC", help="who is measured; see below")
+    exploitability.add_argument(
+        "--role", required=True, choices=ROLES, help="which side it plays, three predators or one prey"
+    )
+    exploitability.add_argument(
+        "--size", type=_positive, default=8, metavar="N", help="of the torus, in cells; by default 8"
+    )
+    exploitability.add_argument(
+        "--steps", type=_positive, metavar="N", help="of an episode; by default 1.5 times the size"
+    )
     presets = command("presets", "list the experiments, or every field of one")
     presets.add_argument("preset", nargs="?", metavar="PRESET")
     return parser

@@ -154,8 +154,8 @@ class Networks(NamedTuple):
 
 
 @rule
-def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:
-    """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`.
+def agent_votes(networks: Networks, agent: int, seen: Any) -> None:
+    """The votes of one agent of an evolved team for each action, to the first rows of ``networks.votes``.
 
     To a central controller ``seen`` holds what every agent sees, one after the other.
     """
@@ -164,9 +164,15 @@ def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any
     n_networks = controller.n_networks + (1 if controller.combines else 0)
     first = genome * n_networks * controller.n_hidden * controller.n_genes
     vote(controller, networks.weights, first, member, seen, networks.inputs, networks.votes)
-    if controller.draws:
-        return draw(controller, networks.votes, memory, at)
-    return most_votes(controller, networks.votes)
+
+
+@rule
+def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:
+    """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
+    agent_votes(networks, agent, seen)
+    if networks.controller.draws:
+        return draw(networks.controller, networks.votes, memory, at)
+    return most_votes(networks.controller, networks.votes)
 
 
 choose.register(Networks, play)

@@ -64,7 +64,7 @@ class Team:
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
         """An action for each agent that has an observation, float32 ``(n_seen,)``; the other team's are passed over."""
-        networks, other = self._networks(), PREFIXES[other_team(self.role)]
+        networks, other = self.networks(), PREFIXES[other_team(self.role)]
         rows = {agent: agent_number(agent) for agent in observations if not agent.startswith(other)}
         for agent, row in rows.items():
             self._check(agent, row, len(observations[agent]))
@@ -85,7 +85,7 @@ class Team:
         self.check_fits(team, env)
         if self.controller.n_together > 1:
             raise ValueError("a central controller must see its whole team at once; give its function act as opponent")
-        networks = self._networks()
+        networks = self.networks()
         if not lanes:
             return networks
         rows = (np.repeat(array[:, None], lanes, axis=1) for array in networks[1:])
@@ -105,7 +105,8 @@ class Team:
             got = len(self.controller.blank)
             raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
 
-    def _networks(self) -> Networks:
+    def networks(self) -> Networks:
+        """The team as a player in compiled code, for one world."""
         inputs, votes = (
             np.empty(max(self.controller.fan_in) + 1, np.float32),
             np.empty(self.controller.n_votes, np.float32),

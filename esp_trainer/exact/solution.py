@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import factorial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,15 @@ def memory_needed(config: EnvConfig, horizon: int) -> int:
     return int(4 * n_keys + n_states * (4 * config.n_predators + 8 * (horizon + 1)))
 
 
+def check_memory(n_bytes: int) -> None:
+    """Raise :class:`MemoryError` with the figure if so much is not free, where the system tells."""
+    facts = Path("/proc/meminfo")
+    if facts.exists():
+        kilobytes = next(line.split()[1] for line in facts.read_text().splitlines() if line.startswith("MemAvailable"))
+        if n_bytes > 1024 * int(kilobytes):
+            raise MemoryError(f"{n_bytes / 1e9:,.1f} GB are needed, {1024 * int(kilobytes) / 1e9:,.1f} are free")
+
+
 def solve(
     config: EnvConfig, horizon: int, watch: Callable[[int], object] = lambda _: None, threads: int | None = None
 ) -> Solution:
@@ -66,9 +76,14 @@ def solve(
         horizon: For up to so many steps left.
         watch: Called with the number of steps left that has been solved.
         threads: How many to use; by default one for each core.
+
+    Raises:
+        MemoryError: More is needed than is free.
+        ValueError: There is more than one prey.
     """
     if config.n_prey != 1:
         raise ValueError(f"only games with one prey can be solved, got {config.n_prey}")
+    check_memory(memory_needed(config, horizon))
     states, moves = states_of(config.size, config.n_predators), moves_of(config)
     values = np.zeros((horizon + 1, len(states.cells)))
     n_joint = config.n_predator_actions**config.n_predators
@@ -129,15 +144,24 @@ def best_answer(payoffs: Any) -> float:
 
 
 def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
-    """Mean value over all starts, and over those with 0, 1, 2, ... predators at an even distance from the prey.
+    """Mean value over all starts, and over those with 0, 1, 2, ... predators at an even distance from the prey."""
+    number = solution.states.number
+    values = np.where(number < 0, 1.0, solution.values[steps, number])
+    return means_by_parity(values, solution.config)
+
+
+def means_by_parity(values: np.ndarray, config: EnvConfig) -> tuple[float, list[float]]:
+    """Means of a number for each key ``(n_keys,)`` over all starts, and by how many predators are at an even distance.
 
     A start has no predator in the prey's cell; all starts are equally likely.
     """
-    size, n_predators = solution.config.size, solution.config.n_predators
+    size, n_predators = config.size, config.n_predators
     offset = np.minimum(np.arange(size), size - np.arange(size))
     even = ((offset[:, None] + offset) % 2 == 0).ravel()
-    free = solution.states.number >= 0
-    values = solution.values[steps, solution.states.number[free]]
-    shape = (size**2,) * n_predators
-    count = sum(even[axis] for axis in np.indices(shape).reshape(n_predators, -1))[free]
-    return float(values.mean()), [float(values[count == n].mean()) for n in range(n_predators + 1)]
+    free = np.arange(size**2) != 0
+    counts, starts = np.zeros(1, int), np.ones(1, bool)
+    for _ in range(n_predators):
+        counts = (counts[:, None] + even).ravel()
+        starts = (starts[:, None] & free).ravel()
+    counts, values = counts[starts], values[starts]
+    return float(values.mean()), [float(values[counts == n].mean()) for n in range(n_predators + 1)]

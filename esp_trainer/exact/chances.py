@@ -1,0 +1,138 @@
+"""What a policy does in every state of a small torus: the chances of each agent's actions."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.esp.network import Networks, agent_votes, exponential, most_votes
+from esp_trainer.esp.team import Team
+from esp_trainer.types import Role, ScriptedTeams
+from predprey_env.compilation import entry_point
+from predprey_env.config import EnvConfig
+from predprey_env.policies import ScriptedTeam
+from predprey_env.policies.names import PREFIXES
+from predprey_env.policies.protocol import MEMORY
+from predprey_env.policies.scripted import Script, follow
+
+_ASKED_AGAIN = 500  # states, to see whether a policy is always of the same mind
+
+
+def views(config: EnvConfig, role: Role) -> np.ndarray:
+    """What every agent of a team sees in every state: float32 ``(n_keys, n_agents, n_seen)``.
+
+    States are in the order of their keys, the predators' cells as digits; see :mod:`esp_trainer.exact.states`.
+    """
+    size, n_predators = config.size, config.n_predators
+    key = np.arange(size ** (2 * n_predators))
+    cells = np.stack(np.unravel_index(key, (size**2,) * n_predators), axis=1)
+    offsets = np.stack(np.divmod(cells, size), axis=2)
+    if role == "predators":
+        offsets = -offsets % size
+    half = size - size // 2  # of two ways that are as long, the negative one
+    offsets = np.where(offsets >= half, offsets - size, offsets).astype(np.float32)
+    return offsets if role == "predators" else offsets.reshape(len(key), 1, -1)
+
+
+@singledispatch
+def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
+    """The chances of each action of each agent of a team in every state, float64 ``(n_keys, n_agents, n_actions)``.
+
+    A policy must do in a position what it always does there, or say its chances by a method
+    ``chances(observations) -> {agent: chances}``; what remembers or draws otherwise is a :class:`ValueError`.
+
+    Args:
+        policy: Meets the policy protocol.
+        role: Which team it plays.
+        config: The world, with one prey.
+    """
+    seen = views(config, role)
+    if hasattr(policy, "chances"):
+        return np.array([_listed(policy.chances(_named(state, role)), role) for state in seen], float)
+
+    def ask(states: np.ndarray) -> np.ndarray:
+        policy.reset(0)
+        if hasattr(policy, "act_batch"):
+            return np.asarray(policy.act_batch(states))
+        return np.array([_listed(policy.act(_named(state, role)), role) for state in states])
+
+    actions = ask(seen)
+    again = np.random.default_rng(0).choice(len(seen), min(_ASKED_AGAIN, len(seen)), replace=False)
+    if (ask(seen[again]) != actions[again]).any():
+        raise ValueError("the policy does not always do the same in a position: it remembers, or draws its actions")
+    return _certain(actions, config.team(role).n_actions)
+
+
+def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
+    return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state)}
+
+
+def _listed(answers: Any, role: Role) -> list[Any]:
+    return [answers[f"{PREFIXES[role]}{i}"] for i in range(len(answers))]
+
+
+def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
+    if actions.min() < 0 or actions.max() >= n_actions:
+        raise ValueError(f"actions must lie in [0, {n_actions}), got {actions.min()} to {actions.max()}")
+    return np.asarray(np.eye(n_actions)[actions])
+
+
+@chances.register
+def _(policy: Team, role: Role, config: EnvConfig) -> np.ndarray:
+    policy.check_fits(role, config)
+    seen = views(config, role)
+    found = np.zeros((*seen.shape[:2], config.team(role).n_actions))
+    if policy.controller.n_together > 1:
+        seen = np.repeat(seen.reshape(len(seen), 1, -1), seen.shape[1], axis=1)
+    _team_chances(policy.networks(), np.ascontiguousarray(seen), found)
+    return found
+
+
+@entry_point
+def _team_chances(networks: Networks, seen: Any, out: Any) -> None:
+    for state in range(out.shape[0]):
+        for agent in range(out.shape[1]):
+            agent_votes(networks, agent, seen[state, agent])
+            if not networks.controller.draws:
+                out[state, agent, most_votes(networks.controller, networks.votes)] = 1.0
+                continue
+            most = networks.votes[0]
+            for action in range(1, out.shape[2]):
+                most = max(most, networks.votes[action])
+            total = 0.0
+            for action in range(out.shape[2]):
+                out[state, agent, action] = exponential(networks.votes[action] - most)
+                total += out[state, agent, action]
+            for action in range(out.shape[2]):
+                out[state, agent, action] /= total
+
+
+@chances.register
+def _(policy: ScriptedTeams, role: Role, config: EnvConfig) -> np.ndarray:
+    return chances(ScriptedTeam.of(policy.script, role, config), role, config)
+
+
+@chances.register
+def _(policy: ScriptedTeam, role: Role, config: EnvConfig) -> np.ndarray:
+    script, seen = policy.compiled(role, config, 0), views(config, role)
+    shape = (*seen.shape[:2], script.n_actions)
+    if policy.script == "random":
+        return np.full(shape, 1 / script.n_actions)
+    actions, memory = np.zeros(shape[:2], np.int64), np.zeros(MEMORY, np.int32)
+    if not _script_actions(script, seen, actions, memory):
+        raise ValueError(f"{policy.script} remembers, so that what it does does not follow from the position")
+    return _certain(actions, script.n_actions)
+
+
+@entry_point
+def _script_actions(script: Script, seen: Any, out: Any, memory: Any) -> bool:
+    """Whether the script remembered nothing."""
+    for state in range(out.shape[0]):
+        for agent in range(out.shape[1]):
+            out[state, agent] = follow(script, agent, seen[state, agent], memory, 0)
+            for row in range(len(memory)):
+                if memory[row] != 0:
+                    return False
+    return True
