@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from predprey_env import EnvConfig
 from predprey_env.dynamics import World, count_alive, predators_turn, prey_turn, step
-from predprey_env.starts import draw_starts
+from predprey_env.starts import draw_each, draw_starts, given_starts
 
 EAST, WEST, NORTH, SOUTH, IDLE = range(5)
 MakeWorld = Callable[..., World]
@@ -103,6 +103,18 @@ def test_a_prey_that_trades_places_is_caught_where_swaps_capture(make_world: Mak
     world = moved(make_world([predator], [prey]), [EAST, WEST], config(swap_captures=True))
     assert world.alive.tolist() == [0]
     assert cell(world, 0) == cell(world, 1) == prey  # caught before it could move
+
+
+def test_swaps_capture_who_trades_places_and_nobody_else(make_world: MakeWorld) -> None:
+    """Every way in which two that stand near each other can move; the prey is the second of its team."""
+    rules_of = {swap_captures: config(1, 2, size=8, swap_captures=swap_captures) for swap_captures in (False, True)}
+    for x, y, action, escape in product((6, 7, 0, 1, 2), (6, 7, 0, 1, 2), range(5), range(4)):
+        worlds = {
+            swap_captures: moved(make_world([(0, 0)], [(4, 4), (x, y)]), [action, EAST, escape], rules)
+            for swap_captures, rules in rules_of.items()
+        }
+        traded = (cell(worlds[False], 0), cell(worlds[False], 2)) == ((x, y), (0, 0))
+        assert worlds[True].alive.tolist() == [1, 0 if traded else worlds[False].alive[1]]
 
 
 def test_walking_after_one_another_is_no_swap(make_world: MakeWorld) -> None:
@@ -217,6 +229,36 @@ def test_starts_on_a_preys_cell_are_drawn_again_unless_allowed() -> None:
     assert _collisions(drawn["redraw"], 3) == 0
     assert _collisions(drawn["allow"], 3) > 50  # 3 x 2 pairs, 25 cells: about 110 of 500
     assert (drawn["redraw"][:, 0] == drawn["redraw"][:, 1]).all(axis=1).any()  # predators may share a cell
+
+
+def test_a_prey_that_is_drawn_again_may_land_anywhere_and_all_others_stay() -> None:
+    allowed, drawn_again = (
+        draw_starts(np.random.default_rng(0), 2000, config(3, 2, size=5, start_collisions=choice))
+        for choice in ("allow", "redraw")
+    )
+    met = (allowed[:, :3, None] == allowed[:, None, 3:]).all(axis=-1).any(axis=1)
+    landed = drawn_again[:, 3:][met]
+    assert {tuple(place) for place in landed.tolist()} == set(product(range(5), range(5)))
+    np.testing.assert_array_equal(drawn_again[:, :3], allowed[:, :3])
+    np.testing.assert_array_equal(drawn_again[:, 3:][~met], allowed[:, 3:][~met])
+
+
+@pytest.mark.parametrize("choice", ["redraw", "allow"])
+def test_each_of_many_generators_draws_the_start_that_it_draws_alone(choice: str) -> None:
+    crowded = config(4, 2, size=3, start_collisions=choice)
+    together, alone = ([np.random.default_rng(seed) for seed in range(100)] for _ in range(2))
+    for _ in range(2):  # the second time from where the first left each generator
+        expected = np.concatenate([draw_starts(generator, 1, crowded) for generator in alone])
+        starts = draw_each(together, crowded)
+        np.testing.assert_array_equal(starts, expected)
+        assert starts.dtype == expected.dtype
+
+
+@pytest.mark.parametrize("cells", [[(0, 0), (0, 0)], [(9, 9), (9, 0)], [(1, 2), (8, 7)]])
+def test_any_cells_of_the_torus_may_be_given_as_starts(cells: list[tuple[int, int]]) -> None:
+    starts = given_starts(cells, config())
+    assert starts.tolist() == [list(place) for place in cells]
+    assert starts.dtype == np.int32
 
 
 def test_equal_generators_draw_equal_starts() -> None:

@@ -61,7 +61,7 @@ def test_displacement_leads_from_start_to_end_by_the_shortest_way(size: int, dat
 
 
 def test_magnitude_drops_the_sign() -> None:
-    assert [magnitude(number) for number in (-3, 0, 3)] == [3, 0, 3]
+    assert [magnitude(number) for number in range(-3, 4)] == [3, 2, 1, 0, 1, 2, 3]
 
 
 def test_manhattan_adds_the_two_legs() -> None:
