@@ -162,14 +162,14 @@ def test_breeding_depends_on_nothing_but_its_generator(kind: str):
 
 
 def test_spread_is_that_of_the_genes_that_are_read() -> None:
-    # Of each subpopulation half the neurons hold 1 in the genes that are read and half 3: mean 2, deviation 1.
-    genomes = np.where(np.arange(SIZE)[:, None] % 2, np.float32(3), np.float32(1)) * np.ones(
+    # Of each subpopulation half the neurons hold 1 in the genes that are read and half 7: mean 4, deviation 3.
+    genomes = np.where(np.arange(SIZE)[:, None] % 2, np.float32(7), np.float32(1)) * np.ones(
         (2, 3, 3, SIZE, 15), np.float32
     )
     genomes[~used(genomes)] = 1000.0
     spread = Subpopulations(esp(), COMBINER, genomes).spread()
-    assert spread.diversity == pytest.approx(1.0)
-    assert spread.scale == pytest.approx(2.0)
+    assert spread.diversity == pytest.approx(3.0)
+    assert spread.scale == pytest.approx(4.0)
     assert Subpopulations(esp(), COMBINER, -genomes).spread() == spread
 
 
