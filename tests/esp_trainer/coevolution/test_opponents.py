@@ -16,13 +16,13 @@ from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.types import EvolvedTeams
 
 CONTROLLER = make_controller(SideConfig(n_hidden=3), np.array([[0, 1], [2, 3]]), 4)
-SIZE = 8
+SIZE = 7
 N_TRIALS = 2000
 SHAPE = (2, 2, 3, 6)  # agents, networks, hidden neurons, genes
 
 
 def side() -> Subpopulations:
-    """Subpopulations whose genes are the numbers 0 to 7 of their neurons."""
+    """Subpopulations whose genes are the numbers 0 to 6 of their neurons."""
     genomes = np.broadcast_to(np.arange(SIZE, dtype=np.float32)[:, None], (*SHAPE[:3], SIZE, 6)).copy()
     return Subpopulations(EspConfig(subpopulation_size=SIZE, hof_mates=0), CONTROLLER, genomes)
 

@@ -23,9 +23,10 @@ CONTROLLER = make_controller(SideConfig(n_hidden=2), np.array([[0, 1]]), 4)
 
 
 def opponents(indices: Any, size: int = 10) -> EvolvedTeams:
-    """Teams of two agents, each of two neurons: ``indices (n_trials, 4)``."""
-    chosen = np.asarray(indices).reshape(-1, 2, 1, 2)
-    return EvolvedTeams(CONTROLLER, np.zeros((2, 1, 2, size, CONTROLLER.n_genes), np.float32), chosen)
+    """Teams of two agents, each of half of the neurons: ``indices (n_trials, n_neurons)``."""
+    chosen = np.asarray(indices)
+    chosen = chosen.reshape(len(chosen), 2, 1, -1)
+    return EvolvedTeams(CONTROLLER, np.zeros((*chosen.shape[1:], size, CONTROLLER.n_genes), np.float32), chosen)
 
 
 def whole(teams: list[int]) -> EvolvedTeams:
@@ -81,6 +82,17 @@ def test_an_opponent_is_worth_the_mean_of_its_neurons():
 def test_neurons_of_the_same_number_in_other_places_are_other_neurons():
     shared = share(column(1, 1), opponents([[0, 1, 2, 3], [1, 2, 3, 0]], size=4))
     assert shared.tolist() == [[1.0], [1.0]]
+
+
+@given(st.sampled_from([5, 8, 10]), st.sampled_from([4, 40]), st.integers(0, 1000))
+def test_the_worth_of_drawn_teams_equals_a_plain_loop(size: int, n_neurons: int, seed: int):
+    generator = np.random.default_rng(seed)
+    met, earned = generator.integers(0, size, (20, n_neurons)), generator.integers(0, 5, 20).astype(float)
+    shared = share(earned[:, None], opponents(met, size))[:, 0]
+    for trial, team in enumerate(met):
+        totals = [earned[met[:, place] == neuron].sum() for place, neuron in enumerate(team)]
+        worth = np.mean([1 / total if total else 0.0 for total in totals])
+        np.testing.assert_allclose(shared[trial], earned[trial] * worth, rtol=1e-12)
 
 
 def test_agents_keep_their_parts_of_what_their_team_earned():
