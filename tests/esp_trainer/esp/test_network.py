@@ -123,7 +123,7 @@ def test_logistic_rises_wherever_inputs_are_a_thousandth_apart():
 
 
 def test_logistic_saturates_beyond_its_bound():
-    low, high = logistics([-45.0, -1e6, -3e38, -np.inf]), logistics([45.0, 1e6, 3e38, np.inf])
+    low, high = logistics([-44.0, -45.0, -1e6, -3e38, -np.inf]), logistics([44.0, 45.0, 1e6, 3e38, np.inf])
     assert (low == low[0]).all()
     assert 0 < low[0] < 1e-19
     assert (high == 1.0).all()
@@ -335,10 +335,12 @@ def test_votes_count_by_their_differences_alone():
         assert actions == expected
 
 
-def test_a_vote_far_above_the_others_is_always_followed():
+@pytest.mark.parametrize("far", [50, 1000])
+def test_a_vote_far_above_the_others_is_always_followed(far: int):
+    """However far: ``e ** 1000`` is no 32-bit float."""
     for state in (1, 2**30, 2**31 - 128):
         for action in range(5):
-            assert drawn(np.eye(5)[action] * 50, np.array([state], np.int32)) == action
+            assert drawn(np.eye(5)[action] * far, np.array([state], np.int32)) == action
 
 
 def test_a_share_that_rounds_up_to_1_draws_the_last_action():
