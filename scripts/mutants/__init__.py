@@ -1,0 +1,1 @@
+"""Mutation testing: the making of mutants, their running, and the page on them."""

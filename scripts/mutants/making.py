@@ -1,0 +1,116 @@
+"""The mutants of a module: Cosmic Ray's, but for those that change nothing of what the module computes."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from difflib import SequenceMatcher
+from pathlib import Path
+from typing import NamedTuple
+
+from cosmic_ray.commands.init import init
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.plugins import get_operator
+from cosmic_ray.work_db import WorkDB, use_db
+from cosmic_ray.work_item import MutationSpec, TestOutcome, WorkerOutcome, WorkResult
+
+KILLED, SURVIVED = TestOutcome.KILLED, TestOutcome.SURVIVED
+_SKIPPED = WorkResult(WorkerOutcome.SKIPPED)
+
+
+class Mutant(NamedTuple):
+    """A module with one thing changed."""
+
+    job: str
+    function: str
+    """Where the change is, or ``module``."""
+    line: str
+    """What was changed, without its indentation."""
+    becomes: str
+    source: str
+    """The whole module."""
+
+
+class Session:
+    """The mutants of one module, and what became of each: a file of Cosmic Ray's, written after every mutant."""
+
+    def __init__(self, module: Path, database: WorkDB) -> None:
+        self.database = database
+        source = module.read_text()
+        if not database.num_work_items:
+            init([module], database, {})
+            jobs = [item.job_id for item in database.work_items if _excluded(source, item.mutations[0])]
+            database.set_multiple_results(jobs, _SKIPPED)
+        results = dict(database.results)
+        self.outcomes = {job: result.test_outcome for job, result in results.items() if result != _SKIPPED}
+        self.mutants = [
+            _mutant(source, item.job_id, item.mutations[0])
+            for item in sorted(database.work_items, key=lambda item: item.mutations[0].start_pos)
+            if results.get(item.job_id) != _SKIPPED
+        ]
+
+    def record(self, mutant: Mutant, outcome: TestOutcome, how: str) -> None:
+        """Keep what became of a mutant, and in which words."""
+        self.outcomes[mutant.job] = outcome
+        self.database.set_result(mutant.job, WorkResult(WorkerOutcome.NORMAL, how, outcome, mutant.becomes))
+
+    def those(self, *outcomes: TestOutcome | None) -> list[Mutant]:
+        """The mutants of which one of some things became; None for those that were not run."""
+        return [mutant for mutant in self.mutants if self.outcomes.get(mutant.job) in outcomes]
+
+
+@contextmanager
+def session(module: Path, place: Path) -> Iterator[Session]:
+    """The session of a module as it now is: an edited module has other mutants."""
+    digest = hashlib.sha256(module.read_bytes()).hexdigest()[:8]
+    place.mkdir(parents=True, exist_ok=True)
+    with use_db(place / f"{module.stem}-{digest}.sqlite") as database:
+        yield Session(module, database)
+
+
+def _mutant(source: str, job: str, mutation: MutationSpec) -> Mutant:
+    mutated = _mutated(source, mutation)
+    old, new = source.splitlines(), mutated.splitlines()
+    changes = [change for change in SequenceMatcher(None, old, new).get_opcodes() if change[0] != "equal"]
+    line, becomes = (
+        " ".join(text.strip() for _, *ends in changes for text in lines[slice(*ends[at : at + 2])])
+        for lines, at in ((old, 0), (new, 2))
+    )
+    return Mutant(job, mutation.definition_name or "module", line, becomes, mutated)
+
+
+def _mutated(source: str, mutation: MutationSpec) -> str:
+    operator = get_operator(mutation.operator_name)(**mutation.operator_args)
+    mutated: str | None = mutate_code(source, operator, mutation.occurrence)
+    assert mutated is not None
+    return mutated
+
+
+def _excluded(source: str, mutation: MutationSpec) -> bool:
+    """Whether a mutant is not counted: one in an annotation, which is never evaluated, in a decorator, which says how a
+    function is compiled and not what it computes, or in what an error says; one in which equality became identity,
+    which is the same of small numbers; and what is not Python.
+    """
+    if mutation.operator_name.endswith(("_Is", "_IsNot", "/RemoveDecorator")) and "_Is_" not in mutation.operator_name:
+        return True
+    if any(first <= mutation.start_pos and mutation.end_pos <= last for first, last in _silent(source)):
+        return True
+    try:
+        compile(_mutated(source, mutation), "mutant", "exec")
+    except SyntaxError:
+        return True
+    return False
+
+
+def _silent(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    for node in ast.walk(ast.parse(source)):
+        parts: list[ast.AST | None] = [getattr(node, "annotation", None), getattr(node, "returns", None)]
+        parts += [node] if isinstance(node, ast.Raise) else getattr(node, "decorator_list", [])
+        for part in parts:
+            if part is not None:
+                yield (
+                    (part.lineno, part.col_offset - isinstance(part, ast.expr)),
+                    (part.end_lineno, part.end_col_offset),
+                )
