@@ -85,6 +85,14 @@ def test_teams_are_drawn_uniformly_with_replacement_and_apart_for_each_subpopula
     assert np.abs(np.corrcoef(chosen.T) - np.eye(12)).max() < 0.1
 
 
+@pytest.mark.parametrize(("size", "kind"), [(256, np.uint8), (257, np.uint16)])
+def test_drawn_teams_are_kept_in_the_smallest_numbers_that_name_all_neurons(size: int, kind: type):
+    genomes = np.zeros((*SHAPE, size, CONTROLLER.n_genes), np.float32)
+    indices = Subpopulations(esp(subpopulation_size=size), CONTROLLER, genomes).draw(rng(), 2000).indices
+    assert indices.dtype == kind
+    assert (indices.min(), indices.max()) == (0, size - 1)
+
+
 def test_asking_again_after_tell_gives_other_teams():
     population = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng())
     generator = rng()
