@@ -118,7 +118,7 @@ class Subpopulations:
             genes = genome.reshape(-1, n_neurons, genome.shape[-1]).astype(np.float64)
             apart = genes - genes[:, :1]  # about one of them, so that no digits are lost
             variance = share @ apart**2 - (share @ apart) ** 2
-            deviations.append(np.sqrt(np.maximum(variance, 0.0)))
+            deviations.append(np.sqrt(variance))
             sizes.append(share @ np.abs(genes))
         read = np.arange(self.genomes.shape[-1]) < self._used[:, None]
         return Spread(*(float(np.concatenate(values)[read].mean()) for values in (deviations, sizes)))
