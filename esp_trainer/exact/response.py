@@ -53,7 +53,11 @@ def measured(values: np.ndarray, role: Role, solution: Solution, horizon: int) -
 
 
 def best_response(
-    chances: np.ndarray, role: Role, config: EnvConfig, horizon: int, watch: Callable[[int], object] = lambda _: None
+    chances: np.ndarray,
+    role: Role,
+    config: EnvConfig,
+    horizon: int,
+    watch: Callable[[np.ndarray], object] = lambda _: None,
 ) -> np.ndarray:
     """Chance that the prey is caught in time in every state, when the other side answers a fixed policy optimally.
 
@@ -62,7 +66,7 @@ def best_response(
         role: Which side is fixed.
         config: The world, with one prey.
         horizon: Steps of the episode.
-        watch: Called after each step that is solved.
+        watch: Called with what would be returned for each shorter episode and for this, the shortest first.
 
     Returns:
         float64 ``(n_keys,)``; states with a predator in the prey's cell hold 1.
@@ -78,10 +82,10 @@ def best_response(
         solve(moves, chances, later, now, first, min(first + _PART, n_keys), cells, scratch)
 
     with ThreadPoolExecutor(cores()) as pool:
-        for step in range(1, horizon + 1):
+        for _ in range(horizon):
             list(pool.map(part, range(0, n_keys, _PART)))
             later, now = now, later
-            watch(step)
+            watch(later)
     return later
 
 

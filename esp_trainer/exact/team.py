@@ -49,7 +49,7 @@ class OptimalTeam:
         seen = {agent: view for agent, view in observations.items() if not agent.startswith(self._others)}
         if not seen:
             return {}
-        rows, columns = self.strategies(self._cells(seen), self._steps_left)
+        rows, columns = self.strategies(self.cells(seen), self._steps_left)
         self._steps_left = max(1, self._steps_left - 1)
         if self.role == "prey":
             return dict.fromkeys(seen, self._draw(columns))
@@ -67,7 +67,7 @@ class OptimalTeam:
     def _others(self) -> str:
         return PREFIXES[other_team(self.role)]
 
-    def _cells(self, seen: dict[str, np.ndarray]) -> np.ndarray:
+    def cells(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """Where the predators are, seen from the prey."""
         config = self.solution.config
         if self.role == "prey":

@@ -1,0 +1,1 @@
+"""Studies of optimal play on small tori."""
