@@ -2,46 +2,34 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterable, Iterator
-from contextlib import closing
+from contextlib import suppress
+from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TypedDict
+from subprocess import DEVNULL, PIPE, Popen
+from tempfile import TemporaryDirectory, TemporaryFile
 
 import numpy as np
 
 from predprey_env.actions import brief
 from predprey_env.rendering.extra import require
 
-
-class _Format(TypedDict):
-    """The options of :func:`imageio_ffmpeg.write_frames` for a format."""
-
-    codec: str
-    pix_fmt_out: str
-    quality: int | None
-    output_params: list[str]
-
-
-FORMATS: dict[str, _Format] = {
+FORMATS: dict[str, list[str]] = {
     # One palette for all frames, and no dithering: the surroundings of what moves stay as they are, and cost nothing.
-    ".gif": _Format(
-        codec="gif",
-        pix_fmt_out="pal8",
-        quality=None,
-        output_params=["-vf", "split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=none"],
-    ),
+    ".gif": [
+        *("-vcodec", "gif", "-pix_fmt", "pal8"),
+        *("-vf", "split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=none"),
+    ],
     # The codec wants even sides.
-    ".mp4": _Format(
-        codec="libx264",
-        pix_fmt_out="yuv420p",
-        quality=8,
-        output_params=["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart"],
-    ),
+    ".mp4": [
+        *("-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "10"),
+        *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart"),
+    ],
 }
-"""How a file is written, by its suffix."""
+"""What ffmpeg is told of a file, by its suffix."""
 
 
 def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: float = 15) -> None:
@@ -66,20 +54,31 @@ def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: 
 
 
 def _write(frames: Iterable[np.ndarray], path: Path, fps: float) -> None:
-    from imageio_ffmpeg import write_frames
+    """By ffmpeg. :func:`imageio_ffmpeg.write_frames` would not say whether it succeeded."""
+    from imageio_ffmpeg import get_ffmpeg_exe
 
     checked = _checked(frames)
     first = next(checked)
     height, width, _ = first.shape
-    writer = write_frames(
-        str(path), (width, height), fps=fps, macro_block_size=1, ffmpeg_log_level="error", **FORMATS[path.suffix]
-    )
-    with closing(writer):
-        writer.send(None)
-        for frame in chain([first], checked):
-            writer.send(np.ascontiguousarray(frame))
-    if not path.exists() or not path.stat().st_size:
-        raise OSError("ffmpeg failed")
+    rate = str(Fraction(fps).limit_denominator())
+    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate, "-i", "-"]
+    command = [get_ffmpeg_exe(), "-v", "error", "-y", *raw, "-an", *FORMATS[path.suffix], str(path)]
+    with TemporaryFile() as said, Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said) as ffmpeg:
+        assert ffmpeg.stdin is not None
+        with suppress(BrokenPipeError), ffmpeg.stdin as pipe:  # of one that has given up, and says why
+            for frame in chain([first], checked):
+                pipe.write(np.ascontiguousarray(frame).data)
+        failed = ffmpeg.wait() != 0
+        said.seek(0)
+        lines = said.read().decode(errors="replace").strip()
+    if failed or not path.exists() or not path.stat().st_size:
+        raise OSError(_reason(lines))
+
+
+def _reason(lines: str) -> str:
+    """What ffmpeg says, in one line: what the system told it, if that is among many words."""
+    system = next((text for text in map(os.strerror, errno.errorcode) if text in lines), None)
+    return system or ": ".join(["ffmpeg failed", *lines.splitlines()[-1:]])
 
 
 def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:

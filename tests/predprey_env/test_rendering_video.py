@@ -147,6 +147,38 @@ def test_a_file_that_the_encoder_did_not_write_is_an_error(
     assert list(place.iterdir()) == []
 
 
+@pytest.mark.skipif(os.name != "posix", reason="the false encoder is a shell script")
+@pytest.mark.parametrize("reads", ["cat > /dev/null", "true"], ids=["all frames", "nothing"])
+@pytest.mark.parametrize(
+    ("says", "reason"),
+    [
+        ("[gif @ 0x5] Error writing trailer: No space left on device", "No space left on device"),
+        ("[gif @ 0x5] code: -28 (No space left on device)\n[out @ 0x6] got no packets", "No space left on device"),
+        ("[gif @ 0x5] too: odd\n[out @ 0x6] gives up", r"ffmpeg failed: \[out @ 0x6\] gives up"),
+    ],
+)
+def test_a_file_that_the_encoder_wrote_in_part_is_an_error_and_the_older_one_stays(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    reads: str,
+    says: str,
+    reason: str,
+) -> None:
+    """As on a disk that is full."""
+    encoder, path = tmp_path / "encoder", tmp_path / "place/chase.gif"
+    path.parent.mkdir()
+    path.write_text("older")
+    encoder.write_text(f'#!/bin/bash\n{reads}\necho half > "${{@: -1}}"\ncat >&2 <<< "{says}"\nexit 1\n')
+    encoder.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(encoder))
+    with pytest.raises(OSError, match=rf"^cannot write {path}: {reason}$"):
+        save_video(episode(), path)
+    assert list(path.parent.iterdir()) == [path]
+    assert path.read_text() == "older"
+    assert capfd.readouterr().err == "", "the error says it"
+
+
 def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     line = r'^a video needs imageio_ffmpeg: install predprey-esp with its extra "render"$'
