@@ -2,35 +2,53 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from time import time
 from typing import Any
 
 from gymnasium.error import DependencyNotInstalled
 
+from esp_trainer.files import naming
+
 
 class TensorBoardLog:
-    """Event files in a directory. A resumed run adds another; what both tell of a generation is the same.
+    """An event file in a directory. A resumed run adds another; what both tell of a generation is the same.
+
+    TensorBoard's own writer keeps two minutes of events in memory, which a killed run would lose, and writes them in a
+    thread whose errors nobody hears.
 
     Raises :class:`gymnasium.error.DependencyNotInstalled` without the extra ``tensorboard``.
     """
 
     def __init__(self, directory: Path) -> None:
         check_installed()
-        from tensorboard.summary import Writer
+        from tensorboard.summary.writer.record_writer import RecordWriter
 
-        directory.mkdir(parents=True, exist_ok=True)
-        self._writer = Writer(str(directory))
+        self._path = directory / f"events.out.tfevents.{time():.6f}.{os.getpid()}"
+        with naming(self._path):
+            directory.mkdir(parents=True, exist_ok=True)
+            self._file = self._path.open("xb")
+        self._records = RecordWriter(self._file)
+        self._write(file_version="brain.Event:2")
 
     def add(self, record: Mapping[str, Any], seconds: Mapping[str, float]) -> None:
         """A generation: its line of the log, and its wall seconds by phase."""
-        step = record["generation"]
-        for name, number in (*_scalars(record), *_scalars(seconds, "seconds/")):
-            self._writer.add_scalar(name, number, step)
+        values = [{"tag": name, "simple_value": n} for name, n in (*_scalars(record), *_scalars(seconds, "seconds/"))]
+        self._write(step=record["generation"], summary={"value": values})
+
+    def _write(self, **event: Any) -> None:
+        from tensorboard.compat.proto.event_pb2 import Event
+
+        with naming(self._path):
+            self._records.write(Event(wall_time=time(), **event).SerializeToString())
+            self._file.flush()
 
     def close(self) -> None:
-        """Write what is not yet written, and let the files go."""
-        self._writer.close()
+        """Let the file go."""
+        with naming(self._path):
+            self._file.close()
 
 
 def check_installed() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from esp_trainer.cli import main
+from esp_trainer.run.tensorboard import TensorBoardLog
 
 accumulators = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
 
@@ -17,13 +18,7 @@ accumulators = pytest.importorskip("tensorboard.backend.event_processing.event_a
 def scalars(directory: Path) -> dict[str, list[tuple[int, float]]]:
     read = accumulators.EventAccumulator(str(directory), size_guidance={"scalars": 0})
     read.Reload()
-    tensors = read.Tags()["tensors"]
-    import tensorboard.util.tensor_util as tensor_util
-
-    return {
-        tag: [(event.step, float(tensor_util.make_ndarray(event.tensor_proto))) for event in read.Tensors(tag)]
-        for tag in tensors
-    }
+    return {tag: [(event.step, event.value) for event in read.Scalars(tag)] for tag in read.Tags()["scalars"]}
 
 
 def test_what_the_log_says_stands_there_too(tmp_path: Path) -> None:
@@ -50,6 +45,24 @@ def test_a_resumed_run_goes_on_there(tmp_path: Path) -> None:
     assert len(files) == 2
     steps = [step for file in files for step, _ in scalars(file)["held_out/caught"]]
     assert sorted(steps) == [0, 1, 2, 3]
+
+
+def test_nothing_of_it_waits_in_memory(tmp_path: Path) -> None:
+    """A killed process would take it along."""
+    log = TensorBoardLog(tmp_path)
+    for generation in range(3):
+        log.add({"generation": generation, "caught": 0.5}, {"trials": 0.25})
+        assert scalars(tmp_path)["caught"] == [(number, 0.5) for number in range(generation + 1)]
+    log.close()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="takes a disk that is always full")
+def test_a_full_disk_is_an_error_that_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    openly = Path.open
+    monkeypatch.setattr(Path, "open", lambda path, mode: openly(Path("/dev/full"), "wb"))
+    with pytest.raises(OSError, match=r"No space left on device: '.*tfevents") as raised:
+        TensorBoardLog(tmp_path)
+    assert raised.value.filename.startswith(str(tmp_path))
 
 
 def test_it_is_written_only_when_asked_for(tmp_path: Path) -> None:
