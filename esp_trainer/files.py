@@ -5,10 +5,12 @@ Arrays go into safetensors with one JSON header that names its kind and schema a
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -26,18 +28,38 @@ class DamagedFileError(ValueError):
 
 
 def write(path: Path, data: bytes) -> None:
-    """Put a file in place whole: written beside it, synced, renamed."""
+    """Put a file in place whole: written beside it, synced, renamed. What is no file, a pipe say, is written to."""
     beside = path.with_name(f".{path.name}.part")
     with naming(path):
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)
+            return
         try:
             with beside.open("wb") as file:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
             beside.replace(path)
-        except OSError:
+        except BaseException:  # Ctrl-C too
             beside.unlink(missing_ok=True)
             raise
+
+
+def write_table(path: Path, rows: Iterable[Iterable[object]]) -> None:
+    """Put a CSV file in place whole."""
+    text = io.StringIO(newline="")
+    csv.writer(text).writerows(rows)
+    write(path, text.getvalue().encode())
+
+
+def check_place(path: Path) -> None:
+    """Raise now, before the work whose outcome it is to hold, what a :func:`write` there would raise in any case."""
+    with naming(path):
+        if path.exists():
+            path.open("ab").close()
+        else:
+            path.touch()
+            path.unlink()
 
 
 @contextmanager

@@ -6,8 +6,8 @@ in viridis, which prints in grey.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from esp_trainer.analysis.inference import interval_of_curves
+from esp_trainer.files import write, write_table
 
 PREDATORS, PREY = "#d55e00", "#0072b2"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
@@ -56,13 +57,13 @@ def legend(axes: Axes, **where: str) -> None:
 def save(figure: Figure, path: Path, data: Table) -> None:
     """Write the figure, and its data beside it as CSV."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    picture = BytesIO()
     with matplotlib.rc_context(_STYLE):
-        figure.savefig(path, metadata={"Software": None} if path.suffix == ".png" else None)
-    with path.with_suffix(".csv").open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(data)
-        for row in zip(*data.values(), strict=True):
-            writer.writerow([f"{value:.6g}" if isinstance(value, float) else value for value in row])
+        figure.savefig(picture, format=path.suffix[1:], metadata={"Software": None} if path.suffix == ".png" else None)
+    write(path, picture.getvalue())
+    rows = zip(*data.values(), strict=True)
+    cells = ([f"{value:.6g}" if isinstance(value, float) else value for value in row] for row in rows)
+    write_table(path.with_suffix(".csv"), [data, *cells])
 
 
 def smooth(values: np.ndarray, window: int) -> np.ndarray:

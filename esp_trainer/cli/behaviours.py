@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.watch import watch
 from esp_trainer.cli.analysis import read_runs, say
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import check_place, write_table
 
 _COLUMNS = 7  # generations that fit on a terminal
 
@@ -20,7 +20,7 @@ _COLUMNS = 7  # generations that fit on a terminal
 def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | None) -> int:
     """Print how often each behaviour is seen, beyond chance, by generation; of several runs the mean."""
     if table:
-        table.open("a").close()  # better now than after all the watching
+        check_place(table)
     histories = read_runs(runs)
     shown = histories[0].sample(generations)
     evaluator = FusedEvaluator(histories[0].config.env)
@@ -56,12 +56,11 @@ def _cell(values: np.ndarray) -> str:
 
 
 def _write(path: Path, runs: list[Path], generations: np.ndarray, names: list[str], rates: np.ndarray) -> None:
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["run", "generation", "behaviour", "rate", "rate by chance", "meaning"])
-        for run, of_run in zip(runs, rates, strict=True):
-            for name, of_name in zip(names, of_run, strict=True):
-                meaning = BEHAVIOURS[name].meaning if name in BEHAVIOURS else "predators keep to a role"
-                for generation, (rate, null) in zip(generations, of_name, strict=True):
-                    writer.writerow([run, generation, name, f"{rate:.6g}", f"{null:.6g}", meaning])
+    lines: list[list[object]] = [["run", "generation", "behaviour", "rate", "rate by chance", "meaning"]]
+    for run, of_run in zip(runs, rates, strict=True):
+        for name, of_name in zip(names, of_run, strict=True):
+            meaning = BEHAVIOURS[name].meaning if name in BEHAVIOURS else "predators keep to a role"
+            for generation, (rate, null) in zip(generations, of_name, strict=True):
+                lines.append([run, generation, name, f"{rate:.6g}", f"{null:.6g}", meaning])
+    write_table(path, lines)
     print(f"every generation is in {path}")

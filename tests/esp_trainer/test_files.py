@@ -20,7 +20,7 @@ from safetensors.numpy import save
 import esp_trainer
 import predprey_env
 from esp_trainer import files
-from esp_trainer.files import DamagedFileError, read_arrays, to_json, write, write_arrays
+from esp_trainer.files import DamagedFileError, check_place, read_arrays, to_json, write, write_arrays, write_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -138,6 +138,7 @@ def test_a_write_that_is_interrupted_leaves_what_was_there(tmp_path: Path, monke
     with pytest.raises(KeyboardInterrupt):
         write(tmp_path / "file", b"new")
     assert (tmp_path / "file").read_bytes() == b"old"
+    assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
 def test_a_write_over_a_directory_or_into_none_is_refused(tmp_path: Path) -> None:
@@ -147,6 +148,47 @@ def test_a_write_over_a_directory_or_into_none_is_refused(tmp_path: Path) -> Non
         with pytest.raises(OSError, match="directory"):
             write(path, b"new")
     assert sorted(file.name for file in tmp_path.rglob("*")) == ["directory", "file"]
+
+
+def test_what_is_no_file_is_written_to_and_stays_what_it_is(tmp_path: Path) -> None:
+    """``--csv /dev/stdout``, say; and a superuser's /dev/null must not become a file."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        write(pipe, b"hello")
+        assert os.read(reader, 100) == b"hello"
+    finally:
+        os.close(reader)
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+def test_a_table_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "table.csv"
+    write_table(path, [["name", "rate"], ['a, "b"', 0.5]])
+    assert path.read_bytes() == b'name,rate\r\n"a, ""b""",0.5\r\n'
+    monkeypatch.setattr(os, "fsync", _no_space)
+    with pytest.raises(OSError, match="No space left on device"):
+        write_table(path, [["name", "rate"]])
+    assert path.read_bytes().startswith(b'name,rate\r\n"a')
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_place_is_looked_at_without_a_trace(tmp_path: Path) -> None:
+    old = tmp_path / "old"
+    old.write_text("older")
+    for path in (old, tmp_path / "new"):
+        check_place(path)
+    assert list(tmp_path.iterdir()) == [old]
+    assert old.read_text() == "older"
+    for path in (tmp_path, tmp_path / "nowhere/new", old / "new"):
+        with pytest.raises(OSError, match=str(path)):
+            check_place(path)
+
+
+def _no_space(_: int) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_a_write_takes_over_what_an_earlier_death_left(tmp_path: Path) -> None:

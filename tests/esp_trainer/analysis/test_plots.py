@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import csv
+import errno
+import os
 from pathlib import Path
+from typing import Any
 
 import matplotlib.image
 import numpy as np
@@ -53,6 +56,19 @@ def test_a_figure_is_saved_with_its_numbers(suffix: str, tmp_path: Path):
     header, *rows = read(path.with_suffix(".csv"))
     assert header == ["generation", "caught", "what"]
     assert rows == [["0", "0.1", "a"], ["1", "0.333333", 'b, "c"'], ["2", "2e-07", "ä"]]
+
+
+def test_a_figure_that_does_not_fit_on_the_disk_leaves_the_older_one(tmp_path: Path, monkeypatch: Any):
+    def no_space(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    figure, _ = panels(1)
+    save(figure, tmp_path / "figure.png", {"x": [1]})
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    monkeypatch.setattr(os, "fsync", no_space)
+    with pytest.raises(OSError, match=r"No space left on device: '.*figure\.png'"):
+        save(panels(2)[0], tmp_path / "figure.png", {"x": [2]})
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
 def test_the_same_figure_is_the_same_file(tmp_path: Path):
