@@ -153,12 +153,19 @@ def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.n
 
 
 def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, np.ndarray]:
+    """By phase. A kill may cost a generation its line, the last one comes after its line in the other log: what is not
+    there is drawn between its neighbours.
+    """
     try:
-        lines = [json.loads(line) for line in whole_lines(log)[:n]]
-        if len(lines) < n:
-            raise ValueError(f"{len(lines)} of {n}")
-        phases = [name for name in lines[0] if name != "generation"]
-        return {phase: np.array([line[phase] for line in lines], float) for phase in phases}
+        lines = {line["generation"]: line for line in map(json.loads, whole_lines(log)) if line["generation"] < n}
+        known = sorted(lines)
+        if len(known) < n / 2:
+            raise ValueError(f"{len(known)} of {n}")
+        if len(known) < n:
+            missing.append(f"{log.name} lacks {n - len(known)} of {n} generations: they are drawn as their neighbours.")
+        phases = [name for name in lines[known[0]] if name != "generation"]
+        every = np.arange(n)
+        return {phase: np.interp(every, known, [lines[number][phase] for number in known]) for phase in phases}
     except (ValueError, TypeError, KeyError, IndexError, RecursionError):
         missing.append(f"{log.name} cannot be read: no timings.")
         return {}

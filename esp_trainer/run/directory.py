@@ -140,7 +140,9 @@ class RunDirectory:
             leftover.unlink()
         self.keep_champions(range(generations))
         write(self.metrics_file, b"".join(kept))
-        write(self.timing_file, b"".join(whole_lines(self.timing_file)[:generations]))
+        # A kill after a checkpoint may have cost a line there: lines count by what they say, not by their place.
+        timed = [line for line in whole_lines(self.timing_file) if _generation(line) in range(generations)]
+        write(self.timing_file, b"".join(timed))
 
     def champion_generations(self, role: Role) -> list[int]:
         """Whose champions there are, in order."""

@@ -157,3 +157,16 @@ def test_what_is_no_run_or_of_another_schema_is_refused(run: Path, tmp_path: Pat
     config.write_text(config.read_text().replace('"schema": 1', '"schema": 0'))
     with pytest.raises(DamagedFileError, match="schema must be 1, got 0"):
         read(run)
+
+
+def test_a_generation_without_its_timing_is_drawn_as_its_neighbours(run: Path) -> None:
+    """A kill may cost a line; and while a run goes on, its last one may not be there yet."""
+    log = run / "timing.jsonl"
+    lines = [{"generation": number, "trials": number**2, "files": 1} for number in range(GENERATIONS)]
+    log.write_text("".join(json.dumps(line) + "\n" for line in (*lines[:3], *lines[4:-1])))
+    source = read(run)
+    assert source.missing == (
+        f"timing.jsonl lacks 2 of {GENERATIONS} generations: they are drawn as their neighbours.",
+    )
+    assert source.seconds["trials"].tolist() == [0, 1, 4, 10, *(n**2 for n in range(4, 23)), 22**2]
+    assert (source.seconds["files"] == 1).all()

@@ -164,6 +164,17 @@ def test_rewinding_cuts_both_logs_and_drops_what_was_half_written(tiny: RunConfi
     assert not list(tmp_path.rglob(".*"))
 
 
+def test_rewinding_goes_by_the_generations_of_timings_as_a_kill_may_have_cost_a_line(
+    tiny: RunConfig, tmp_path: Path
+) -> None:
+    directory = RunDirectory(tmp_path)
+    directory.create(tiny)
+    directory.metrics_file.write_bytes(b"".join(b'{"generation": %d}\n' % number for number in range(5)))
+    directory.timing_file.write_bytes(b'{"generation": 0}\n{"generation": 2}\n{"generation": 3}\n')
+    directory.rewind(3)
+    assert directory.timing_file.read_bytes() == b'{"generation": 0}\n{"generation": 2}\n'
+
+
 def test_rewinding_to_the_beginning_leaves_empty_logs(tiny: RunConfig, tmp_path: Path) -> None:
     directory = RunDirectory(tmp_path)
     directory.create(tiny)
