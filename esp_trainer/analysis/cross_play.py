@@ -7,6 +7,7 @@ champions of many generations meet those of many others, from the same held-out 
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,6 +110,11 @@ def _play(predators: Teams, prey: Teams, n_cells: int, starts: np.ndarray, evalu
     all_starts = np.broadcast_to(cut, (n_cells, *cut.shape)).reshape(len(trials), *cut.shape[1:])
     result = evaluator.evaluate(TrialBatch(_pick(predators, trials), _pick(prey, trials), all_starts))
     return result.captured.reshape(n_cells, n_episodes, -1)
+
+
+def kept_in(run: Path) -> Path | None:
+    """The file in which a run's matrix is kept; None where nobody may write."""
+    return run / "analysis" / "cross-play.safetensors" if os.access(run, os.W_OK) else None
 
 
 def own_cross_play(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import games, phases, plots, progress
-from esp_trainer.analysis.cross_play import CrossPlay, met_by_others, own_cross_play
+from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.progress import Progress
@@ -25,7 +25,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
     names = {run.resolve().name for run in runs}
     for i, (run, history) in enumerate(zip(runs, histories, strict=True)):
         say(f"playing {run} ...")
-        cache = run / "analysis" / "cross-play.safetensors"
+        cache = kept_in(run)
         own = own_cross_play(history, evaluator, n_generations=generations, n_episodes=episodes, cache=cache)
         others = [other for j, other in enumerate(histories) if j != i]
         _tell(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +10,7 @@ import numpy as np
 from esp_trainer.analysis import phases as dating
 from esp_trainer.analysis.behaviours.counts import BehaviourRate, count_behaviours
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.cross_play import CrossPlay, met_by_others, own_cross_play
+from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.moments import Moment, best_moment
@@ -102,10 +101,8 @@ def _measure(source: Source, others: list[History], evaluator: FusedEvaluator, s
     history = source.history
     if history is None:
         return Measured(source, phases=found, alternation=alternation)
-    cache = source.path / "analysis" / "cross-play.safetensors" if os.access(source.path, os.W_OK) else None
-    own = own_cross_play(
-        history, evaluator, n_generations=settings.generations, n_episodes=settings.episodes, cache=cache
-    )
+    sampled, each, cache = settings.generations, settings.episodes, kept_in(source.path)
+    own = own_cross_play(history, evaluator, n_generations=sampled, n_episodes=each, cache=cache)
     both = len(history.champions) == 2 and len(history) > 1
     met = {role: met_by_others(history, others, role, own, evaluator) for role in history.champions} if both else {}
     return Measured(

@@ -457,7 +457,7 @@ def test_a_full_disk_refuses_a_run_and_keeps_nothing_of_it(
 
 
 def test_a_run_on_a_disk_that_may_only_be_read_is_refused_and_its_teams_play(
-    mount: Callable[[str], Path], esp_trainer: Callable[..., Any], smoke_run: Path
+    mount: Callable[[str], Path], esp_trainer: Callable[..., Any], smoke_run: Path, tmp_path: Path
 ) -> None:
     disk = mount("size=4m")
     run = shutil.copytree(smoke_run, disk / "run")
@@ -468,6 +468,10 @@ def test_a_run_on_a_disk_that_may_only_be_read_is_refused_and_its_teams_play(
     assert ".part" not in refusal, "that is our name for it, not the user's"
     teams = [run / f"champions/{role}-00003.safetensors" for role in ("predators", "prey")]
     assert esp_trainer("evaluate", teams[0], "--against", teams[1]).code == 0
+    few = ["--generations", 4, "--episodes", 8]
+    assert esp_trainer("analyse", run, *few).code == 0
+    assert esp_trainer("report", run, *few, "--out", tmp_path / "page.html").code == 0
+    assert "Read-only file system" in esp_trainer("report", run, *few).err.splitlines()[-1]
 
 
 def test_what_fails_deep_inside_is_told_without_a_traceback(
