@@ -12,13 +12,14 @@ import hashlib
 import inspect
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import njit, types
-from numba.core.caching import FunctionCache
+from numba.core import caching
 from numba.core.registry import CPUDispatcher
 
 from predprey_env import floats, lanes
@@ -84,7 +85,7 @@ def named_tuples(kinds: Iterable[types.Type]) -> set[type]:
     return found
 
 
-class _DigestCache(FunctionCache):
+class _DigestCache(caching.FunctionCache):
     """Numba's cache with the digest of all sources in the key."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -93,7 +94,17 @@ class _DigestCache(FunctionCache):
             return super().load_overload(sig, target_context)
         except (ImportError, AttributeError):  # the index knows a class, in somebody's experiment, that is gone
             self.flush()
-            return None
+        except (EOFError, caching.pickle.UnpicklingError):  # the machine lost power when it was written
+            self.flush()
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code, if there is room; work that has room elsewhere need not end for that."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            line = f"machine code is not kept, and compiled again each time: {self.cache_path}: {error.strerror}"
+            warnings.warn(line, RuntimeWarning, stacklevel=2)
 
     def _index_key(self, signature: Any, codegen: Any) -> Any:
         digest = hashlib.sha256()

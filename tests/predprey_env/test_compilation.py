@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
+import os
 import sys
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -90,6 +92,29 @@ def test_an_unchanged_program_is_loaded_from_disk(program) -> None:
     again = program(1)
     assert again(10) == 11
     assert sum(again.stats.cache_hits.values()) == 1
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("length", [0, 40])
+def test_machine_code_that_was_cut_off_is_compiled_again(program, tmp_path: Path, kind: str, length: int) -> None:
+    """As a machine leaves it that loses power."""
+    program(1)(10)
+    (file,) = tmp_path.glob(f"__pycache__/outer_entry.main*.{kind}")
+    file.write_bytes(file.read_bytes()[:length])
+    for hits in (0, 1):
+        again = program(1)
+        assert again(10) == 11
+        assert sum(again.stats.cache_hits.values()) == hits
+
+
+def test_machine_code_that_finds_no_room_is_a_warning(program, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_space(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    main = program(1)
+    monkeypatch.setattr(os, "replace", no_space)
+    with pytest.warns(RuntimeWarning, match=r"^machine code is not kept, .*__pycache__: No space left on device$"):
+        assert main(10) == 11
 
 
 def test_a_class_that_is_not_there_any_more_spoils_nothing_for_others(
