@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from time import perf_counter
 from typing import Any
 
@@ -69,9 +70,11 @@ class Trainer:
 
     def generations(self) -> Iterator[Generation]:
         """Run, and hand out each generation once it is on disk."""
-        metrics, timing = Log(self.directory.metrics_file), Log(self.directory.timing_file)
         saved = self.done
-        try:
+        with ExitStack() as held:  # let go in any case: a log that does not fit on the disk cannot even be closed
+            held.callback(self.directory.unlock)
+            metrics = held.enter_context(closing(Log(self.directory.metrics_file)))
+            timing = held.enter_context(closing(Log(self.directory.timing_file)))
             while self.done < self.config.generations and not self._stopping:
                 generation = self.coevolution.step(self.done)
                 begun = perf_counter()
@@ -87,10 +90,6 @@ class Trainer:
                 yield generation
             if saved < self.done:
                 self._save_checkpoint(metrics)
-        finally:
-            metrics.close()
-            timing.close()
-            self.directory.unlock()
 
     def _save_checkpoint(self, metrics: Log) -> None:
         metrics.sync()  # a checkpoint never knows more generations than the log and the champions

@@ -157,6 +157,22 @@ def test_a_run_that_stops_at_any_sync_or_rename_resumes_to_the_same_bytes(
         assert snapshot(path) == whole, at
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="takes a disk that is always full")
+@pytest.mark.parametrize("log", ["metrics", "timing"])
+def test_a_log_that_does_not_fit_on_the_disk_leaves_the_run_to_whoever_goes_on(
+    log: str, tiny: RunConfig, tmp_path: Path, start: Any, resume: Any, snapshot: Any, uninterrupted: Any
+) -> None:
+    """Closing it fails as well."""
+    trainer = start(tmp_path / "run", tiny)
+    file = tmp_path / f"run/{log}.jsonl"
+    file.symlink_to("/dev/full")
+    with pytest.raises(OSError, match=rf"No space left on device: '{file}'"):
+        list(trainer.generations())
+    file.unlink()
+    list(resume(tmp_path / "run").generations())
+    assert snapshot(tmp_path / "run") == uninterrupted(tiny)
+
+
 def test_a_run_that_stops_while_it_resumes_resumes_to_the_same_bytes(
     tiny: RunConfig,
     tmp_path: Path,
