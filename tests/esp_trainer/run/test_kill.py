@@ -120,6 +120,30 @@ def test_a_run_that_another_process_has_in_hand_is_left_alone(
     assert [json.loads(line)["generation"] for line in lines] == list(range(len(lines)))
 
 
+def test_a_run_that_another_process_has_in_hand_can_be_read(tmp_path: Path, resume: Any) -> None:
+    """By those who only look: a page of it can be made, and it can be watched; it goes on as if they were not there."""
+    path = tmp_path / "run"
+    process = _begin("train", "smoke", "--generations", 3000, "--out", path)
+    _wait(process, lambda: _logged(path) >= 7)
+    watching = subprocess.Popen([*_COMMAND, "watch", str(path)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert watching.stdout is not None
+        assert [watching.stdout.readline().split()[:2] for _ in range(3)] == [
+            ["generation", f"{number}/3000:"] for number in (1, 2, 3)
+        ]
+        few = ["--generations", "4", "--episodes", "8"]
+        assert main(["report", str(path), *few]) == 0
+        assert main(["analyse", str(path), *few]) == 0
+        assert process.poll() is None, "the run was over before it was read"
+    finally:
+        for each in (watching, process):
+            each.terminate()
+            each.communicate(timeout=_PATIENCE)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert (path / "report.html").read_text().rstrip().endswith("</html>")
+    assert _checkpointed(path) == _logged(path) == resume(path).done
+
+
 class _Victim:
     """A run of some generations that is killed again and again, and checked after each kill."""
 
