@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +10,7 @@ from pathlib import Path
 from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide
-from esp_trainer.files import write
+from esp_trainer.files import write_table
 from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, whole_lines
 from esp_trainer.sweep.plan import PlannedRun
@@ -66,14 +64,12 @@ def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
 
 def write_csv(file: Path, results: Sequence[Result]) -> None:
     """A line for each run."""
-    text = io.StringIO(newline="")
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["run", "cell", "seed", "generations", *FIGURES, "failed"])
+    lines = [["run", "cell", "seed", "generations", *FIGURES, "failed"]]
     for each in results:
         figures = [f"{each.figures[name]:.4f}" if each.figures else "" for name in FIGURES]
-        seed = each.run.config.seed
-        table.writerow([each.run.name, each.run.cell, seed, each.generations, *figures, each.reason or ""])
-    write(file, text.getvalue().encode())
+        seed, generations = str(each.run.config.seed), str(each.generations)
+        lines.append([each.run.name, each.run.cell, seed, generations, *figures, each.reason or ""])
+    write_table(file, lines)
 
 
 def table(results: Sequence[Result]) -> list[str]:
