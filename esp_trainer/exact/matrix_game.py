@@ -8,8 +8,13 @@ import numpy as np
 
 from predprey_env.compilation import entry_point, rule
 
-_LEAST = 1e-11
-"""A reduced cost or a pivot below this counts as none: payoffs are shares in [0, 1], in double precision."""
+_LEAST_COST = 1e-11
+"""A reduced cost below this counts as none: payoffs are shares in [0, 1], in double precision."""
+_LEAST_PIVOT = 1e-9
+"""Likewise a pivot; smaller ones, which rounding leaves of zeros, would spoil the tableau."""
+_LARGEST_GAP = 1e-9
+_PIVOTS = 10
+"""For each row and column; some five in all are usual."""
 
 
 class Workspace(NamedTuple):
@@ -23,6 +28,12 @@ class Workspace(NamedTuple):
     """int64 ``(m,)``: which variable each row of the tableau stands for."""
     free: Any
     """int64 ``(n,)``: which variable each of its columns stands for."""
+    support: Any
+    """int64 ``(n,)``: columns that the column player uses."""
+    tight: Any
+    """int64 ``(n,)``: rows that limit it."""
+    system: Any
+    """float64 ``(n, n + 1)``: the equations between the two."""
     rows: Any
     """float64 ``(m,)``: the row player's equilibrium strategy."""
     columns: Any
@@ -36,6 +47,9 @@ def make_workspace(n_rows: int, n_columns: int) -> Workspace:
         np.zeros((n_rows + 1, n_columns + 1)),
         np.zeros(n_rows, np.int64),
         np.zeros(n_columns, np.int64),
+        np.zeros(n_columns, np.int64),
+        np.zeros(n_columns, np.int64),
+        np.zeros((n_columns, n_columns + 1)),
         np.zeros(n_rows),
         np.zeros(n_columns),
     )
@@ -43,35 +57,118 @@ def make_workspace(n_rows: int, n_columns: int) -> Workspace:
 
 @rule
 def equilibrium(work: Workspace) -> float:
-    """The value of the game whose payoffs the workspace holds, all of them at least 0; both strategies are left there.
+    """The value of the game whose payoffs the workspace holds, all of them in [0, 1] or so; both strategies are left
+    there.
 
-    The column player's linear programme, ``max sum(y)`` with ``(payoffs + 1) y <= 1``, by the simplex method on a
-    condensed tableau with Bland's rule, which does not cycle; the row player's strategy is its dual. A game with a
-    saddle point has its value without it.
+    A saddle point if there is one; else the column player's linear programme, ``max sum(y)`` with
+    ``(payoffs + 1) y <= 1``, by the simplex method on a condensed tableau, and the row player's strategy is its dual.
+    What is found is checked: the two strategies must secure the same. If rounding has led the steepest ascent astray,
+    Bland's rule tries; if both fail, which nobody has seen, the value is nan.
     """
-    work.rows[:] = 0.0
-    work.columns[:] = 0.0
     row, column = saddle_point(work.payoffs)
     if row >= 0:
+        work.rows[:] = 0.0
+        work.columns[:] = 0.0
         work.rows[row] = 1.0
         work.columns[column] = 1.0
         return work.payoffs[row, column]  # type: ignore[no-any-return]
+    for steepest in (True, False):
+        value = _simplex(work, steepest)
+        if _gap(work) < _LARGEST_GAP:
+            return value
+    return np.nan
+
+
+@rule
+def _simplex(work: Workspace, steepest: bool) -> float:
     m, n = work.payoffs.shape
     _begin(work, m, n)
-    entering = _entering(work, m, n)
-    while entering >= 0:
-        leaving = _leaving(work, entering, m, n)
+    for _ in range(_PIVOTS * (m + n)):
+        entering = _entering(work, m, n, steepest)
+        leaving = _leaving(work, entering, m, n, steepest) if entering >= 0 else -1
+        if leaving < 0:
+            break
         _pivot(work.tableau, leaving, entering, m, n)
         work.basis[leaving], work.free[entering] = work.free[entering], work.basis[leaving]
-        entering = _entering(work, m, n)
-    total = work.tableau[m, n]
+    return _strategies(work, m, n)
+
+
+@rule
+def _strategies(work: Workspace, m: int, n: int) -> float:
+    """Both strategies and the value that belong to the basis, worked out anew from the payoffs: what pivots on small
+    numbers have done to the tableau does not matter.
+    """
+    k = 0
     for i in range(m):
         if work.basis[i] < n:
-            work.columns[work.basis[i]] = max(0.0, work.tableau[i, n] / total)
+            work.support[k] = work.basis[i]
+            k += 1
+    k = 0
     for j in range(n):
         if work.free[j] >= n:
-            work.rows[work.free[j] - n] = max(0.0, work.tableau[m, j] / total)
-    return 1.0 / total - 1.0  # type: ignore[no-any-return]
+            work.tight[k] = work.free[j] - n
+            k += 1
+    work.rows[:] = 0.0
+    work.columns[:] = 0.0
+    for i in range(k):
+        for j in range(k):
+            work.system[i, j] = work.payoffs[work.tight[j], work.support[i]] + 1.0
+    _solve_for_chances(work.system, k, work.tight, work.rows)
+    for i in range(k):
+        for j in range(k):
+            work.system[i, j] = work.payoffs[work.tight[i], work.support[j]] + 1.0
+    return 1.0 / _solve_for_chances(work.system, k, work.support, work.columns) - 1.0
+
+
+@rule
+def _solve_for_chances(system: Any, k: int, which: Any, chances: Any) -> float:
+    """Solve ``k`` equations whose right sides are 1; write the solution's shares of its sum, and return the sum."""
+    for i in range(k):
+        system[i, k] = 1.0
+    _eliminate(system, k)
+    total = 0.0
+    for i in range(k):
+        total += system[i, k]
+    for i in range(k):
+        chances[which[i]] = max(0.0, system[i, k] / total)
+    return total
+
+
+@rule
+def _eliminate(system: Any, k: int) -> None:
+    """Solve ``k`` linear equations, whose right sides are the column after theirs; the solution takes their place."""
+    for column in range(k):
+        best = column
+        for row in range(column + 1, k):
+            if abs(system[row, column]) > abs(system[best, column]):
+                best = row
+        for j in range(k + 1):
+            system[column, j], system[best, j] = system[best, j], system[column, j]
+        for row in range(k):
+            if row != column and system[row, column] != 0.0:
+                factor = system[row, column] / system[column, column]
+                for j in range(column, k + 1):
+                    system[row, j] -= factor * system[column, j]
+    for row in range(k):
+        system[row, k] /= system[row, row]
+
+
+@rule
+def _gap(work: Workspace) -> float:
+    """How much more the row player may win against the column player's strategy than its own secures."""
+    m, n = work.payoffs.shape
+    secured, allowed = np.inf, -np.inf
+    for j in range(n):
+        won = 0.0
+        for i in range(m):
+            won += work.rows[i] * work.payoffs[i, j]
+        secured = min(secured, won)
+    for i in range(m):
+        lost = 0.0
+        for j in range(n):
+            lost += work.columns[j] * work.payoffs[i, j]
+        allowed = max(allowed, lost)
+    return allowed - secured
 
 
 @rule
@@ -109,23 +206,33 @@ def _begin(work: Workspace, m: int, n: int) -> None:
 
 
 @rule
-def _entering(work: Workspace, m: int, n: int) -> int:
-    """Of the columns that would raise the sum, the one whose variable has the lowest number; -1 if there is none."""
+def _entering(work: Workspace, m: int, n: int, steepest: bool) -> int:
+    """Of the columns that would raise the sum the steepest, or that with the lowest variable; -1 if there is none."""
     found = -1
     for j in range(n):
-        if work.tableau[m, j] < -_LEAST and (found < 0 or work.free[j] < work.free[found]):
+        if work.tableau[m, j] < -_LEAST_COST and (
+            found < 0
+            or (steepest and work.tableau[m, j] < work.tableau[m, found])
+            or (not steepest and work.free[j] < work.free[found])
+        ):
             found = j
     return found
 
 
 @rule
-def _leaving(work: Workspace, entering: int, m: int, n: int) -> int:
-    """The row that limits the entering variable most; of equal ones the one whose variable has the lowest number."""
+def _leaving(work: Workspace, entering: int, m: int, n: int, steepest: bool) -> int:
+    """The row that limits the entering variable most; of equal ones that with the largest pivot or lowest variable."""
     found, limit = -1, 0.0
     for i in range(m):
-        if work.tableau[i, entering] > _LEAST:
-            ratio = work.tableau[i, n] / work.tableau[i, entering]
-            if found < 0 or ratio < limit or (ratio == limit and work.basis[i] < work.basis[found]):
+        pivot = work.tableau[i, entering]
+        if pivot > _LEAST_PIVOT:
+            ratio = work.tableau[i, n] / pivot
+            if (
+                found < 0
+                or ratio < limit
+                or (ratio == limit and steepest and pivot > work.tableau[found, entering])
+                or (ratio == limit and not steepest and work.basis[i] < work.basis[found])
+            ):
                 found, limit = i, ratio
     return found
 

@@ -97,6 +97,8 @@ def solve(
     with ThreadPoolExecutor(threads or cores()) as pool:
         for steps in range(1, horizon + 1):
             list(pool.map(part, [steps] * len(states.cells), range(0, len(states.cells), _PART)))
+            if np.isnan(values[steps]).any():
+                raise ArithmeticError(f"no equilibrium was found of {np.isnan(values[steps]).sum()} positions")
             watch(steps)
     return Solution(config, states, moves, values)
 

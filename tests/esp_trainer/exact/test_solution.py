@@ -107,6 +107,7 @@ def value_by_scipy(payoffs: np.ndarray) -> float:
         (6, 20, {"predator_idle": False}, 0.123, [0, 0, 0.023, 1]),
         (6, 5, {"move_order": "prey_first"}, 1.000, [0.997, 1, 1, 1]),
         (8, 10, {}, 0.853, [0.823, 0.844, 0.863, 0.881]),
+        (10, 15, {}, 0.841, [0.821, 0.835, 0.848, 0.860]),
     ],
 )
 def test_values_of_three_predators_on_small_tori(
@@ -115,8 +116,8 @@ def test_values_of_three_predators_on_small_tori(
     """By all starts, and by how many predators start at an even distance; another program found the same."""
     solution = solve(EnvConfig(size=size, n_prey=1, **fields), steps)  # type: ignore[arg-type]
     found = by_parity(solution, steps)
-    assert found[0] == pytest.approx(mean, abs=6e-4)
-    assert found[1] == pytest.approx(parities, abs=6e-4)
+    assert found[0] == pytest.approx(mean, abs=5e-4)
+    assert found[1] == pytest.approx(parities, abs=5e-4)
 
 
 def test_more_time_never_hurts_the_predators() -> None:
