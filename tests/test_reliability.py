@@ -92,7 +92,7 @@ def materials(may_mount: None, tmp_path_factory: pytest.TempPathFactory) -> dict
     return writes.materials(tmp_path_factory.mktemp("materials") / "made")
 
 
-STEPS = {"train": 5, "resume": 4, "report": 9, "analyse --figures": 7, "behaviours --csv": 3, "replay --gif": 9}
+STEPS = {"train": 5, "resume": 4, "report": 9, "analyse --figures": 7, "behaviours --csv": 1, "replay --gif": 9}
 """Every how many sizes of a full disk is tried."""
 
 
@@ -160,23 +160,28 @@ def test_only_one_last_line_of_ours_will_do(said: str, excuse: str) -> None:
 
 @pytest.mark.slow
 def test_a_run_is_watched_from_outside(tmp_path: Path) -> None:
-    watched = long.run(tmp_path, 300, options=(*runs.TINY, "--env.size", 12))
-    assert len(watched["seconds"]) == 300
+    watched = long.run(tmp_path, 500, options=(*runs.TINY, "--esp.hof_mates", 1, "--env.size", 12))
+    assert len(watched["seconds"]) == 500
     assert (watched["seconds"] > 0).all()
     assert (np.diff(watched["seen"]) >= 0).all()
     assert (watched["megabytes"] > 50).all()
     figures = long.figures(watched)
     assert figures["megabytes late"] == pytest.approx(watched["megabytes"][-1], abs=0.1)
-    assert figures["milliseconds early"] == pytest.approx(1000 * np.median(watched["seconds"][:200]), abs=0.01)
+    assert figures["milliseconds late"] == pytest.approx(1000 * np.median(watched["seconds"][300:]), abs=0.01)
+    assert 0 < figures["cpu late"] < 1000
     long.draw(watched, tmp_path / "long.png")
-    assert (tmp_path / "long.csv").exists()
+    header, *rows = (tmp_path / "long.csv").read_text().splitlines()
+    assert header == "generation,megabytes,wall ms,CPU ms"
+    assert len(rows) == 500
+    assert "nan" not in "".join(rows)
 
 
 def test_memory_of_this_process_is_read_and_of_none_is_none() -> None:
     assert long.resident(os.getpid()) > 50
+    assert long.spent(os.getpid()) > 0.1
     ended = subprocess.Popen(["true"])
     ended.wait()
-    assert long.resident(ended.pid) == 0
+    assert long.resident(ended.pid) == long.spent(ended.pid) == 0
 
 
 MACHINE = {"machine": "a machine"}
@@ -184,7 +189,7 @@ KEPT: dict[str, dict[str, Any]] = {
     "crash": MACHINE | {"commands": {"train": crash.Tally(9, 0, Counter(train=2, resume=7), Counter(x=9)).as_dict()}},
     "disk": MACHINE | {"shortages": {"pages": {"train": disk.Tally(7, Counter({"run/config.json": 7})).as_dict()}}},
     "long": MACHINE
-    | {f"{what} {when}": 1.0 for what in ("megabytes", "milliseconds") for when in ("early", "late", "at most")}
+    | {f"{what} {when}": 1.0 for what in ("megabytes", "milliseconds", "cpu") for when in ("early", "late", "at most")}
     | {"generations": 2000, "seconds": 90, "early": 100, "span": 200},
     "fuzz": {"files": {"read_log": 2000}, "refused": {"read_log": 1000}, "seconds": 9.5},
 }

@@ -95,7 +95,11 @@ did otherwise.
 def _long(part: Part, place: Path) -> str:
     rows = [
         ["resident memory", *(f"{part[f'megabytes {when}']:.0f} MB" for when in ("early", "late"))],
-        ["a generation, median", *(f"{part[f'milliseconds {when}']:.1f} ms" for when in ("early", "late"))],
+        ["CPU time of a generation, mean", *(f"{part[f'cpu {when}']:.1f} ms" for when in ("early", "late"))],
+        [
+            "wall time of a generation, median",
+            *(f"{part[f'milliseconds {when}']:.1f} ms" for when in ("early", "late")),
+        ],
     ]
     return f"""## A long run
 
@@ -103,8 +107,9 @@ def _long(part: Part, place: Path) -> str:
 
 {_table(["", "early", "late"], rows)}
 
-Memory after {part["early"]} generations and at the end, at most {part["megabytes at most"]:.0f} MB in between; time
-over the first and over the last {part["span"]} generations.
+Memory after {part["early"]} generations and at the end, {part["megabytes at most"]:.0f} MB at most; time that of
+the {part["span"]} generations from then on, and of the last {part["span"]}. Wall time shows other work of the machine,
+and peaks at 1,000 and 2,000 generations when the hall of fame is full: every second champion goes, with its file.
 
 ![Memory and time by generation]({place.name}/long-run.png)
 
@@ -112,7 +117,14 @@ over the first and over the last {part["span"]} generations.
 
 
 def _fuzz(part: Part, _place: Path) -> str:
-    rows = [[f"`{name}`", f"{n:,}", f"{part['refused'][name]:,}"] for name, n in part["files"].items()]
+    rows = [
+        [
+            name.removeprefix("read_").replace("source", "any file of a run, for its page"),
+            _number(n),
+            _number(part["refused"][name]),
+        ]
+        for name, n in part["files"].items()
+    ]
     return f"""## Damaged files
 
 {sum(part["files"].values()):,} files that are cut off, altered or something else, in {part["seconds"]:.0f} s
