@@ -28,8 +28,9 @@ _SWEEP = """FILE declares the runs, for example
   generations = 100
   esp.n_trials = [500, 1000]
 
-Each run has a directory of its own in DIR. The same command goes on after Ctrl-C, kill -9 or a power cut, does again
-what failed, and does what was added to FILE. On a cluster of several machines DIR must be one that all of them share.
+Each run has a directory of its own in DIR, named by its preset, its values from lists and its seed. The same command
+goes on after Ctrl-C, kill -9 or a power cut, does again what failed, and does what was added to FILE. On a cluster of
+several machines DIR must be one that all of them share.
 """
 _SPECS = """SPEC is one of
 
@@ -41,6 +42,17 @@ _SPECS = """SPEC is one of
   my_module:my_policy                       a policy object, a class or function that makes one, or a function of
                                             observations; my_module is imported
 """
+
+
+_MEASURED = (
+    _SPECS.replace("paper-3v2/predators", "paper-3v1/predators").replace("prey-00099", "predators-00099")
+    + """
+It plays against one prey, or is one. What it does must follow from the position: scripts that remember (intercept,
+run_straight) cannot be measured. A policy that draws its actions says their chances by a method
+
+  chances(observations) -> {agent: [chance of each action]}
+"""
+)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -232,7 +244,7 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--name", help="what to call it; by default its SPEC")
     benchmark.add_argument("--out", type=Path, metavar="DIR", help="where to; by default benchmarks/NAME-ROLE-TASK")
     benchmark.add_argument("--leaderboard", type=Path, metavar="FILE", help="put the result into that Markdown file")
-    exploitability = command("exploitability", "say how far a policy is from optimal play, on a small torus", _SPECS)
+    exploitability = command("exploitability", "say how far a policy is from optimal play, on a small torus", _MEASURED)
     exploitability.add_argument("policy", metavar="SPEC", help="who is measured; see below")
     exploitability.add_argument(
         "--role", required=True, choices=ROLES, help="which side it plays, three predators or one prey"

@@ -118,6 +118,8 @@ def read_runs(runs: list[Path]) -> list[History]:
             raise ValueError(f"runs must play in the same world, got {runs[0]} and {run}, whose env differ")
         if len(history) != len(first):
             raise ValueError(f"runs must be of the same length, got {len(first)} and {len(history)} generations")
+        if not np.array_equal(history.kept, first.kept):
+            raise ValueError("runs must have the champions of the same generations: they differ by esp.hof_size")
     return histories
 
 

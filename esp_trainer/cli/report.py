@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from esp_trainer.cli.analysis import say
 from esp_trainer.report.measure import Settings
 from esp_trainer.report.page import flat, write_page
@@ -29,6 +31,9 @@ def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
             f"The runs have {min(lengths)} to {max(lengths)} generations: the first {min(lengths)} of each are shown."
         )
         sources = [source.first(min(lengths)) for source in sources]
+    kept = [source.history.kept for source in sources if source.history]
+    if any(not np.array_equal(each, kept[0]) for each in kept):
+        raise ValueError("runs must have the champions of the same generations: they differ by esp.hof_size or length")
     place = out or (runs[0] if len(runs) == 1 else Path(os.path.commonpath([run.parent.resolve() for run in runs])))
     place = place / "report.html" if place.is_dir() else place
     write_page(sources, place, settings, say, notes)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import os
-import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +14,9 @@ from types import FrameType
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from esp_trainer.cli.training import quoted
 from esp_trainer.cluster import connected
+from esp_trainer.evaluation.fused import cores
 from esp_trainer.files import write
 from esp_trainer.run.directory import RunDirectory, Tail, lock
 from esp_trainer.sweep.local import LocalPool
@@ -30,6 +32,8 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
     """Do all runs of a sweep that are not whole, and say what came of them."""
     plan = read_plan(file)
     out = out or Path("runs") / file.stem
+    if RunDirectory(out).config_file.exists():
+        raise FileExistsError(f"{out} holds a run; choose another directory for a sweep")
     out.mkdir(parents=True, exist_ok=True)
     held = lock(out)
     try:
@@ -38,33 +42,39 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         _say(
             f"{len(plan)} runs in {out}" + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
         )
-        failed, stopped = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, False)
+        failed, stopped_by = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, 0)
         results = [result_of(out / run.name, run, failed.get(run.name)) for run in plan]
+        _tell(results, out)
         write_csv(out / "runs.csv", results)
     finally:
         if held is not None:
             os.close(held)
-    _tell(results, out)
-    if stopped:
-        _say(f"stopped; go on with: esp-trainer sweep {shlex.quote(str(file))} --out {shlex.quote(str(out))}")
-        return 128 + signal.SIGINT
-    return 1 if failed else 0
+    if stopped_by:
+        where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
+        command = " ".join(["esp-trainer sweep", quoted(file), "--out", quoted(out), *where])
+        _say(f"stopped; go on with: {command}")
+        return 128 + stopped_by
+    return 1 if any(result.reason for result in results) else 0
 
 
 def _do(
     todo: Sequence[PlannedRun], out: Path, workers: int | None, address: str | None, *, quiet: bool
-) -> tuple[dict[str, str], bool]:
-    """Why runs failed, by name, and whether somebody stopped it all."""
+) -> tuple[dict[str, str], int]:
+    """Why runs failed, by name, and the number of the signal by which somebody stopped it all, or 0."""
     failed: dict[str, str] = {}
+    runs, stopped_by = {run.name: run for run in todo}, [signal.SIGINT]
     work = [Work(out / run.name, run.config) for run in todo]
-    with connected(address) if address else nullcontext(), _interrupted_by(signal.SIGTERM):
-        pool: Pool = ClusterPool(work) if address else LocalPool(work, workers or os.cpu_count() or 1)
+    with connected(address) if address else nullcontext(), _terminated(stopped_by):
+        pool: Pool = ClusterPool(work) if address else LocalPool(work, workers or cores())
         try:
             with _view(todo, out, quiet=quiet) as look:
                 left = len(todo)
                 while left:
-                    for path, reason in pool.outcomes(_LOOK):
+                    for path, outcome in pool.outcomes(_LOOK):
                         left -= 1
+                        reason = outcome
+                        if not reason and not is_whole(path, runs[path.name]):
+                            reason = f"its log, its champions or its checkpoint are not all in {path}"
                         if reason:
                             failed[path.name] = reason
                         look(path.name, reason)
@@ -72,24 +82,25 @@ def _do(
         except KeyboardInterrupt:
             _say("stopping after the generations in hand; once more to stop at once")
             pool.stop()
-            return failed, True
+            return failed, stopped_by[-1]
         finally:
             pool.close()
-    return failed, False
+    return failed, 0
 
 
 @contextmanager
-def _interrupted_by(number: int) -> Iterator[None]:
-    """Take a signal for Ctrl-C."""
+def _terminated(stopped_by: list[signal.Signals]) -> Iterator[None]:
+    """Take SIGTERM for Ctrl-C, and note that it was it."""
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
+        stopped_by.append(signal.SIGTERM)
         raise KeyboardInterrupt
 
-    handler = signal.signal(number, interrupt)
+    handler = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
     finally:
-        signal.signal(number, handler)
+        signal.signal(signal.SIGTERM, handler)
 
 
 Look = Callable[[str | None, str | None], None]
@@ -136,6 +147,7 @@ class _Bars:
         self._out, self._progress, self._ended = out, progress, 0
         self._tails = {run.name: Tail(RunDirectory(out / run.name).metrics_file) for run in todo}
         self._done = dict.fromkeys(self._tails, 0)
+        self._last = dict.fromkeys(self._tails, b"")
         self._bars: dict[str, TaskID] = {}
         self._all = progress.add_task("", total=sum(run.config.generations for run in todo), caught="")
         for name, tail in self._tails.items():  # what there is from before
@@ -147,6 +159,7 @@ class _Bars:
             lines, cut = tail.look()
             if lines or cut:
                 self._done[each] = len(lines) + (0 if cut else self._done[each])
+                self._last[each] = lines[-1] if lines else self._last[each]
                 self._show(each)
         if name is not None:
             self._ended += 1
@@ -160,8 +173,10 @@ class _Bars:
     def _show(self, name: str) -> None:
         if name not in self._bars:
             self._bars[name] = self._progress.add_task(name, total=self._runs[name].config.generations, caught="")
-        result = result_of(self._out / name, self._runs[name], None)
-        caught = f"caught {result.figures['caught']:.2f}" if result.figures else ""
+        try:
+            caught = f"caught {json.loads(self._last[name])['held_out']['caught']['rate']:.2f}"
+        except (ValueError, TypeError, KeyError):
+            caught = ""
         self._progress.update(self._bars[name], completed=self._done[name], caught=caught)
 
 
@@ -179,7 +194,7 @@ def _tell(results: Sequence[Result], out: Path) -> None:
     print(f"  every run     {out / 'runs.csv'}")
     cells = dict.fromkeys(result.run.cell for result in results if result.whole)
     if cells:
-        print(f"next:\n  esp-trainer report {shlex.quote(f'{out / next(iter(cells))}')}-seed*")
+        print(f"next:\n  esp-trainer report {quoted(out / next(iter(cells)))}-seed*")
 
 
 def _say(line: str) -> None:

@@ -18,7 +18,7 @@ from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.evaluation.sharded import ShardedEvaluator
+from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
 from esp_trainer.run.trainer import Trainer, record
@@ -43,7 +43,9 @@ class Players:
 
     def evaluator(self, config: RunConfig) -> Evaluator:
         """An evaluator whose kernel is compiled."""
-        threads = self.threads
+        threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
+        if self.address and episodes < 2 * LEAST_EPISODES:
+            _say(f"a generation of {episodes} episodes is played here: shards of it would cost more than they bring")
         evaluator = (
             ShardedEvaluator(config.env, threads=threads) if self.address else FusedEvaluator(config.env, threads)
         )
@@ -134,7 +136,7 @@ def _run(trainer: Trainer, following: Following) -> int:
             signal.signal(number, handler)
     path = trainer.directory.path
     if caught_signal and trainer.done < trainer.config.generations:
-        _say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {_quoted(path)}")
+        _say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {quoted(path)}")
         return 128 + caught_signal[0]
     _summarise(trainer, recent)
     return 0
@@ -166,14 +168,14 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
         else trainer.directory.champion_file(role, trainer.done - 1)
         for role, side in trainer.coevolution.sides.items()
     }
-    pair = f"{_quoted(players['predators'])} --against {_quoted(players['prey'])}"
+    pair = f"{quoted(players['predators'])} --against {quoted(players['prey'])}"
     print(f"  the curves    {trainer.directory.metrics_file}")
     print(f"  the teams     {trainer.directory.champions}/")
-    print(f"next:\n  esp-trainer report {_quoted(trainer.directory.path)}")
+    print(f"next:\n  esp-trainer report {quoted(trainer.directory.path)}")
     print(f"  esp-trainer replay {pair}\n  esp-trainer evaluate {pair}")
 
 
-def _quoted(argument: Path | str) -> str:
+def quoted(argument: Path | str) -> str:
     """An argument as one types it: a path that begins with a dash is not an option."""
     text = str(argument)
     return shlex.quote(f"./{text}" if text.startswith("-") else text)

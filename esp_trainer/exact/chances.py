@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import singledispatch
 from typing import Any
 
@@ -48,32 +49,50 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
         role: Which team it plays.
         config: The world, with one prey.
     """
-    seen = views(config, role)
+    seen, n_actions = views(config, role), config.team(role).n_actions
     if hasattr(policy, "chances"):
-        return np.array([_listed(policy.chances(_named(state, role)), role) for state in seen], float)
+        return _checked([_listed(policy.chances(_named(state, role)), state, role) for state in seen], n_actions)
 
     def ask(states: np.ndarray) -> np.ndarray:
         policy.reset(0)
         if hasattr(policy, "act_batch"):
             return np.asarray(policy.act_batch(states))
-        return np.array([_listed(policy.act(_named(state, role)), role) for state in states])
+        return np.array([_listed(policy.act(_named(state, role)), state, role) for state in states])
 
     actions = ask(seen)
     again = np.random.default_rng(0).choice(len(seen), min(_ASKED_AGAIN, len(seen)), replace=False)
     if (ask(seen[again]) != actions[again]).any():
         raise ValueError("the policy does not always do the same in a position: it remembers, or draws its actions")
-    return _certain(actions, config.team(role).n_actions)
+    return _certain(actions, n_actions)
 
 
 def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
     return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state)}
 
 
-def _listed(answers: Any, role: Role) -> list[Any]:
-    return [answers[f"{PREFIXES[role]}{i}"] for i in range(len(answers))]
+def _listed(answers: Any, state: np.ndarray, role: Role) -> list[Any]:
+    """The answers for a team's agents, in their order."""
+    agents = [f"{PREFIXES[role]}{i}" for i in range(len(state))]
+    if not isinstance(answers, Mapping) or not set(agents) <= set(answers):
+        raise ValueError(f"the policy must answer for {', '.join(agents)}, got {answers!r}")
+    return [answers[agent] for agent in agents]
+
+
+def _checked(answers: list[Any], n_actions: int) -> np.ndarray:
+    try:
+        found = np.array(answers, float)
+    except (ValueError, TypeError):
+        found = np.empty(0)
+    if found.ndim != 3 or found.shape[2] != n_actions:
+        raise ValueError(f"chances must be {n_actions} numbers for each agent, got {answers[0]!r}")
+    if not (found >= 0).all() or not np.allclose(found.sum(axis=2), 1, atol=1e-6):
+        raise ValueError("chances must be at least 0 and add up to 1")
+    return found
 
 
 def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
+    if not np.issubdtype(actions.dtype, np.integer):
+        raise ValueError(f"actions must be whole numbers, got {actions.ravel()[0]!r}")
     if actions.min() < 0 or actions.max() >= n_actions:
         raise ValueError(f"actions must lie in [0, {n_actions}), got {actions.min()} to {actions.max()}")
     return np.asarray(np.eye(n_actions)[actions])

@@ -264,7 +264,7 @@ def solve_game(payoffs: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Value, and an equilibrium strategy of each player, of the game in which the row player wins ``payoffs``.
 
     Args:
-        payoffs: Numbers of at least 0, ``(m, n)``.
+        payoffs: Shares in [0, 1], ``(m, n)``; other numbers from 0 on, as long as they are of that size.
     """
     work = make_workspace(*payoffs.shape)
     work.payoffs[:] = payoffs

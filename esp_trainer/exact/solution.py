@@ -155,7 +155,8 @@ def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
 def means_by_parity(values: np.ndarray, config: EnvConfig) -> tuple[float, list[float]]:
     """Means of a number for each key ``(n_keys,)`` over all starts, and by how many predators are at an even distance.
 
-    A start has no predator in the prey's cell; all starts are equally likely.
+    A start has no predator in the prey's cell; all starts count alike. (The environment places the prey last, so that
+    there starts in which predators share a cell are a little rarer.)
     """
     size, n_predators = config.size, config.n_predators
     offset = np.minimum(np.arange(size), size - np.arange(size))

@@ -63,6 +63,8 @@ def _restore(
         population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.hall_of_fame"]
         _check(f"{role}.genomes", genomes, population.genomes.shape)
         kept, size = kept_generations(generations, config.esp.hof_size), config.esp.hof_size
+        if len(fame) == generations:  # written before halls of fame were bounded
+            fame = fame[kept]
         _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
         best = progress[role]["best"]
         sides[role] = EvolvingSide(

@@ -40,8 +40,9 @@ class LocalPool:
             if worker.work is None and self._waiting:
                 worker.do(self._waiting.popleft())
         busy = {worker.connection: worker for worker in self._workers if worker.work}
-        ended = [worker for connection, worker in busy.items() if connection in wait(list(busy), timeout)]
-        return [outcome for outcome in map(self._look, ended) if outcome]
+        ready = wait(list(busy), timeout)
+        ended = (self._look(worker) for connection, worker in busy.items() if connection in ready)
+        return [outcome for outcome in ended if outcome]
 
     def _look(self, worker: _Worker) -> Outcome | None:
         work = worker.work

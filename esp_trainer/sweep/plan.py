@@ -5,7 +5,7 @@
     preset = ["paper-3v2", "modern-3v2"]  # or one of them
     seeds = 10                            # 0 to 9; or a list
 
-    [fields]                              # of every run's config; a list is tried value by value
+    [fields]                              # of every run's config; a list is tried value by value, and in the name
     generations = 100
     esp.n_trials = [500, 1000]
 """
@@ -34,7 +34,7 @@ class PlannedRun:
     """A run of a sweep."""
 
     cell: str
-    """What it shares with the other seeds: its preset, and its values of the fields that are varied."""
+    """What it shares with the other seeds: its preset, and its values of the fields that are given as lists."""
     config: RunConfig
 
     @property
@@ -49,10 +49,12 @@ def read_plan(file: Path) -> list[PlannedRun]:
     Raises :class:`ValueError` with what is wrong with the file, in one line.
     """
     try:
-        plan = _runs(tomllib.loads(file.read_text(encoding="utf-8")))
+        plan = _runs(tomllib.loads(file.read_text(encoding="utf-8-sig")))
         name, times = Counter(run.name for run in plan).most_common(1)[0]
         if times > 1:
             raise ValueError(f"runs must be different, got {name} {times} times")
+        if len({run.config.model_dump_json() for run in plan}) < len(plan):
+            raise ValueError("runs must be different, got a value twice, written in two ways")
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: {error}") from None
     return plan
@@ -60,40 +62,48 @@ def read_plan(file: Path) -> list[PlannedRun]:
 
 def _runs(declared: dict[str, Any]) -> list[PlannedRun]:
     presets, seeds, values = _checked(declared)
-    varied = [name for name, given in values.items() if len(given) > 1]
+    listed = [name for name, value in _flat(declared.get("fields", {})).items() if isinstance(value, list)]
     runs = []
     for word, combination in product(presets, product(*values.values())):
         fields = dict(zip(values, combination, strict=True))
         config = preset(word).with_fields(fields)
-        cell = "-".join([word, *(f"{name}={_word(fields[name])}" for name in varied)])
+        cell = "-".join([word, *(f"{name}={_word(fields[name])}" for name in listed)])
         runs += [PlannedRun(cell, config.replace(seed=seed)) for seed in seeds]
     return runs
 
 
 def _checked(declared: dict[str, Any]) -> tuple[list[str], Sequence[int], dict[str, list[Any]]]:
     """Presets, seeds, and the values of each field, as far as they can be judged before a config is made of them."""
-    for name in declared:
-        if name not in _ENTRIES:
-            raise ValueError(unknown_field(name, _ENTRIES))
+    unknown = [name for name in declared if name not in _ENTRIES]
+    if unknown:
+        raise ValueError(unknown_field(unknown[0], _ENTRIES))
     if "preset" not in declared:
         raise ValueError("preset is missing")
     presets = _all(str, "preset must be a name or a list of names", declared["preset"])
     seeds = declared.get("seeds", 1)
     seeds = range(seeds) if type(seeds) is int else _all(int, "seeds must be a number or a list of numbers", seeds)
-    fields = declared.get("fields", {})
-    if not isinstance(fields, dict):
-        raise ValueError(f"fields must be a table, got {fields!r}")
-    values = {name: value if isinstance(value, list) else [value] for name, value in _flat(fields).items()}
+    values = _values(declared.get("fields", {}))
     for what, given in {"preset": presets, "seeds": seeds, **values}.items():
         if not given:
             raise ValueError(f"{what} must hold at least one value, got none")
-    for name, entry in (("preset", "preset"), ("seed", "seeds")):
-        if name in values:
-            raise ValueError(f"{name} is no field of a sweep: say {entry}, above [fields]")
     n_runs = prod(map(len, (presets, seeds, *values.values())))
     if n_runs > _MOST:
         raise ValueError(f"a sweep must have at most {_MOST:,} runs, got {n_runs:,}")
     return presets, seeds, values
+
+
+def _values(fields: Any) -> dict[str, list[Any]]:
+    """The values of each field."""
+    if not isinstance(fields, dict):
+        raise ValueError(f"fields must be a table, got {fields!r}")
+    values = {name: value if isinstance(value, list) else [value] for name, value in _flat(fields).items()}
+    for name, given in values.items():
+        if any(isinstance(value, dict | list) for value in given):
+            raise ValueError(f"{name} must be a value or a list of values, got {given!r}")
+    for name, entry in (("preset", "preset"), ("seed", "seeds")):
+        if name in values:
+            raise ValueError(f"{name} is no field of a sweep: say {entry}, above [fields]")
+    return values
 
 
 def _all(kind: type, expected: str, value: Any) -> list[Any]:

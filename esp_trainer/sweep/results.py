@@ -12,7 +12,7 @@ from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide
 from esp_trainer.files import write_table
 from esp_trainer.run.checkpoint import load_checkpoint
-from esp_trainer.run.directory import RunDirectory, whole_lines
+from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.sweep.plan import PlannedRun
 
 RECENT = 20
@@ -32,11 +32,8 @@ class Result:
     """Means of :data:`FIGURES` over its last generations; empty if it has none."""
     reason: str | None
     """Why it failed."""
-
-    @property
-    def whole(self) -> bool:
-        """Whether it has all its generations."""
-        return self.reason is None and self.generations == self.run.config.generations
+    whole: bool
+    """Whether there is nothing left to do."""
 
 
 def is_whole(path: Path, run: PlannedRun) -> bool:
@@ -44,6 +41,8 @@ def is_whole(path: Path, run: PlannedRun) -> bool:
     directory, config = RunDirectory(path), run.config
     try:
         sides, done = load_checkpoint(directory.checkpoint_file, config)
+        if not directory.config_file.exists() or len(records(directory.metrics_file)) != done:
+            return False
     except (OSError, ValueError):
         return False
     kept = kept_generations(done, config.esp.hof_size).tolist()
@@ -52,14 +51,16 @@ def is_whole(path: Path, run: PlannedRun) -> bool:
 
 
 def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
-    """A run's result, from its log."""
-    lines = whole_lines(RunDirectory(path).metrics_file)
+    """A run's result, from its log; of one that failed, no figures."""
+    whole = reason is None and is_whole(path, run)
+    lines: Sequence[bytes] = []
     try:
+        lines = whole_lines(RunDirectory(path).metrics_file)
         recent = [json.loads(line)["held_out"] for line in lines[-RECENT:]]
         figures = {name: sum(each[name]["rate"] for each in recent) / len(recent) for name in FIGURES} if recent else {}
-    except (ValueError, TypeError, KeyError) as error:
-        return Result(run, path, len(lines), {}, reason or f"its log is damaged: {error}")
-    return Result(run, path, len(lines), figures, reason)
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+        return Result(run, path, len(lines), {}, reason or f"its log is damaged: {error}", whole=False)
+    return Result(run, path, len(lines), {} if reason else figures, reason, whole)
 
 
 def write_csv(file: Path, results: Sequence[Result]) -> None:
@@ -87,6 +88,7 @@ def table(results: Sequence[Result]) -> list[str]:
 
 
 def _mean(values: list[float]) -> str:
-    if len(values) < 2:
-        return f"{values[0]:.3f}" if values else "-"
+    """With its interval, where there are seeds enough for one that says something."""
+    if len(values) < 3:
+        return f"{sum(values) / len(values):.3f}" if values else "-"
     return str(over_seeds(values))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from esp_trainer.config import RunConfig
@@ -27,8 +28,9 @@ def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object
     except (ValueError, OSError, MemoryError) as error:
         return (str(error) or type(error).__name__).splitlines()[0]
     except Exception as error:
-        log = path.with_name(f"{path.name}.traceback.txt")
-        log.write_text(traceback.format_exc(), encoding="utf-8")
+        log = path.with_name(f"traceback-{path.name}.txt")
+        with suppress(OSError):
+            log.write_text(traceback.format_exc(), encoding="utf-8")
         return f"{type(error).__name__}: {str(error).partition(chr(10))[0]}; see {log}"
     return None
 

@@ -164,3 +164,40 @@ def test_a_policy_that_is_not_of_one_mind_must_say_its_chances() -> None:
     with pytest.raises(ValueError, match="the policy does not always do the same in a position"):
         chances(Moody(), "prey", config)
     assert (chances(Frank(), "prey", config) == 0.25).all()
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        ([0.5, 0.5], "chances must be 4 numbers for each agent"),
+        ([2, -1, 0, 0], "chances must be at least 0 and add up to 1"),
+        ([1, 1, 1, 1], "chances must be at least 0 and add up to 1"),
+        ([float("nan")] * 4, "chances must be at least 0 and add up to 1"),
+        ("east", "chances must be 4 numbers for each agent, got"),
+    ],
+)
+def test_chances_that_are_none_are_refused(answer: Any, says: str) -> None:
+    class Odd(Moody):
+        def chances(self, observations: dict[str, np.ndarray]) -> dict[str, Any]:
+            return dict.fromkeys(observations, answer)
+
+    with pytest.raises(ValueError, match=says):
+        chances(Odd(), "prey", EnvConfig(size=3, n_prey=1))
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (None, "the policy must answer for prey_0, got None"),
+        ({}, "the policy must answer for prey_0, got {}"),
+        ({"prey_0": 0.5}, "actions must be whole numbers, got"),
+        ({"prey_0": 9}, r"actions must lie in \[0, 4\), got 9 to 9"),
+    ],
+)
+def test_actions_that_are_none_are_refused(answer: Any, says: str) -> None:
+    class Odd(Moody):
+        def act(self, observations: dict[str, np.ndarray]) -> Any:
+            return answer
+
+    with pytest.raises(ValueError, match=says):
+        chances(Odd(), "prey", EnvConfig(size=3, n_prey=1))

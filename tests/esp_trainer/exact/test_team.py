@@ -37,9 +37,11 @@ def caught(solution: Solution, n_episodes: int, predators: object | None = None,
 
 @pytest.mark.slow
 def test_two_optimal_teams_meet_the_value(solution: Solution) -> None:
-    n, value = 4000, by_parity(solution, CONFIG.max_cycles)[0]
-    deviation = (value * (1 - value) / n) ** 0.5
-    assert abs(caught(solution, n) - value) < 3 * deviation
+    n, env, prey = 4000, predprey_v0.parallel_env(**CONFIG.model_dump()), OptimalTeam("prey", solution)
+    starts = [prey.cells({"prey_0": env.reset(seed=seed)[0]["prey_0"]}) for seed in range(n)]
+    values = solution.value(np.array(starts), CONFIG.max_cycles)
+    deviation = float(np.sqrt((values * (1 - values)).sum())) / n
+    assert abs(caught(solution, n) - values.mean()) < 3 * deviation
 
 
 class Uniform:

@@ -203,3 +203,18 @@ def test_the_same_state_is_the_same_file(tiny: RunConfig, saved: Path, tmp_path:
     sides, done = load_checkpoint(saved, config)
     save_checkpoint(tmp_path / "again", config, sides, done)
     assert (tmp_path / "again").read_bytes() == saved.read_bytes()
+
+
+def test_a_longer_run_from_before_halls_of_fame_were_bounded_goes_on(
+    tiny: RunConfig, tmp_path: Path, start: Any
+) -> None:
+    config = tiny.replace(esp=tiny.esp.replace(hof_size=6))
+    list(start(tmp_path / "run", config).generations())
+    header, arrays = read_arrays(tmp_path / "run/checkpoint.safetensors", "checkpoint")
+    header["config"]["esp"]["hof_size"] = 3
+    write_arrays(tmp_path / "old", "checkpoint", header, arrays)
+    sides, done = load_checkpoint(tmp_path / "old", config.replace(esp=config.esp.replace(hof_size=3)))
+    assert done == 6
+    for role, side in sides.items():
+        assert isinstance(side, EvolvingSide)
+        assert (side.hall_of_fame.champions == arrays[f"{role}.hall_of_fame"][[0, 4, 5]]).all()

@@ -32,7 +32,11 @@ def test_runs_are_presets_by_values_by_seeds_in_the_order_of_the_file(tmp_path: 
         prey.bias = [true, false]
         "esp.mutation_rate" = [0.5]
     """
-    cells = ["smoke-prey.bias=true", "smoke-prey.bias=false", "paper-3v1-prey.bias=true", "paper-3v1-prey.bias=false"]
+    cells = [
+        f"{preset}-prey.bias={bias}-esp.mutation_rate=0.5"
+        for preset in ("smoke", "paper-3v1")
+        for bias in ("true", "false")
+    ]
     assert plan_of(text, tmp_path) == [(cell, f"{cell}-seed{seed}") for cell in cells for seed in (7, 3)]
     last = read_plan(tmp_path / "sweep.toml")[-1]
     paper = preset("paper-3v1")
@@ -61,6 +65,18 @@ def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
         ('preset = "smoke"\nseeds = [-1]', "seed must be at least 0, got -1"),
         ('preset = "smoke"\nseeds = [1, 2, 1]', "runs must be different, got smoke-seed1 2 times"),
         ('preset = "smoke"\nseeds = 100001', "a sweep must have at most 100,000 runs, got 100,001"),
+        (
+            'preset = "smoke"\n[fields]\nenv.size = [8, 8.0]',
+            "env.size must be an integer, got 8.0",
+        ),
+        (
+            'preset = "smoke"\n[fields]\nesp.mutation_rate = [1, 1.0]',
+            "runs must be different, got a value twice, written in two ways",
+        ),
+        (
+            'preset = "smoke"\n[fields]\nesp = [{n_trials = 5}]',
+            "esp must be a value or a list of values, got [{'n_trials': 5}]",
+        ),
         ('preset = "smoke"\nfields = 1', "fields must be a table, got 1"),
         (
             'preset = "smoke"\n[fields]\nesp.n_trial = 3',
@@ -85,3 +101,13 @@ def test_a_file_that_is_no_toml_is_refused_in_one_line(data: bytes, tmp_path: Pa
     with pytest.raises(ValueError, match=r"sweep\.toml: ") as raised:
         read_plan(file)
     assert "\n" not in str(raised.value)
+
+
+def test_a_value_added_to_a_list_leaves_the_names_of_the_others(tmp_path: Path) -> None:
+    before = plan_of('preset = "smoke"\n[fields]\nesp.n_trials = [50]', tmp_path)
+    after = plan_of('preset = "smoke"\n[fields]\nesp.n_trials = [50, 100]', tmp_path)
+    assert set(before) < set(after)
+
+
+def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
+    assert plan_of('\ufeffpreset = "smoke"', tmp_path) == [("smoke", "smoke-seed0")]

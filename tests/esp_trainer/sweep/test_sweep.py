@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,6 +120,44 @@ def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
     assert not taken.path.exists()
 
 
+@pytest.mark.parametrize(
+    ("harm", "says"),
+    [
+        (lambda run: (run / "metrics.jsonl").unlink(), "metrics.jsonl must hold 6 whole lines, got 0"),
+        (
+            lambda run: (run / "metrics.jsonl").write_text("[" * 9999 + "\n"),
+            "metrics.jsonl must hold 6 whole lines, got 1",
+        ),
+        (
+            lambda run: (run / "champions/prey-00003.safetensors").unlink(),
+            "its log, its champions or its checkpoint are not",
+        ),
+        (lambda run: (run / "config.json").unlink(), "is not an empty directory, and holds no run"),
+    ],
+    ids=["no log", "a damaged log", "a champion less", "no config"],
+)
+def test_a_run_that_lost_something_is_not_whole_and_says_what(
+    harm: Callable[[Path], object], says: str, declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = declared(seeds=1), tmp_path / "out"
+    assert sweep(file, out) == 0
+    harm(out / f"{CELLS[0]}-seed0")
+    capsys.readouterr()
+    for _ in range(2):
+        assert sweep(file, out) == 1
+        output, error = capsys.readouterr()
+        assert "Traceback" not in error
+        assert says in output
+        assert [line.split()[1] for line in output.splitlines()[1:3]] == ["0/1", "1/1"]
+
+
+def test_a_sweep_is_not_done_inside_a_run(declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = tmp_path / "run"
+    assert main(["train", "smoke", "--generations", "1", "--out", str(run), "--quiet"]) == 0
+    assert sweep(declared(), run) == 1
+    assert f"{run} holds a run; choose another directory for a sweep" in capsys.readouterr().err
+
+
 def test_a_sweep_that_another_process_does_is_left_alone(
     declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -171,8 +210,8 @@ def test_a_sweep_that_is_stopped_leaves_nobody_behind_and_goes_on(
     wait(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
     assert "Traceback" not in error
     if number != signal.SIGKILL:
-        assert driver.returncode == 128 + signal.SIGINT
-        assert f"stopped; go on with: esp-trainer sweep {file} --out {out}\n" in error
+        assert driver.returncode == 128 + number
+        assert f"stopped; go on with: esp-trainer sweep {file} --out {out} --workers 2\n" in error
         # With a checkpoint of the last generation, not of the last that was due.
         for cell in CELLS:
             done = len((out / f"{cell}-seed0/metrics.jsonl").read_bytes().splitlines())
@@ -225,11 +264,13 @@ def test_figures_are_means_over_the_last_twenty_generations(declared: Any, tmp_p
     run = read_plan(declared(seeds=1, generations=30))[0]
     path = tmp_path / run.name
     path.mkdir()
+    (path / "config.json").touch()
     rates = [{"rate": rate} for rate in [9.0] * 10 + [0.25] * 10 + [0.75] * 10]
     held_out = [{"caught": rate, "predators_succeed": rate, "prey_succeed": rate} for rate in rates]
     lines = [f'{{"generation": {n}, "held_out": {each}}}\n'.replace("'", '"') for n, each in enumerate(held_out)]
     (path / "metrics.jsonl").write_text("".join(lines))
     result = result_of(path, run, None)
     assert result.figures == {"caught": 0.5, "predators_succeed": 0.5, "prey_succeed": 0.5}
-    assert result.whole
-    assert table([result])[1].split() == [run.cell, "1/1", "0.500", "0.500", "0.500"]
+    assert result.generations == 30
+    assert not result.whole  # there is no checkpoint
+    assert table([replace(result, whole=True)])[1].split() == [run.cell, "1/1", "0.500", "0.500", "0.500"]
