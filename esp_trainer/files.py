@@ -71,6 +71,12 @@ def naming(path: Path) -> Iterator[None]:
         raise type(error)(error.errno, error.strerror, str(path)) from None
 
 
+def in_words(error: OSError) -> str:
+    """An error of the operating system in one line: the file, and what is wrong with it."""
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}{error.strerror}" if error.strerror else str(error)
+
+
 def sync_directory(directory: Path) -> None:
     """Wait until the names of the files in a directory are on disk, where the system can."""
     if os.name == "nt":

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from bench.report import machine
-from reliability import crash, disk, fuzz, long, page, small_disk, victims, writes
+from reliability import crash, disk, full_sweep, fuzz, long, page, small_disk, victims, writes
 from tqdm import tqdm
 
 from esp_trainer.files import to_json, write
@@ -70,6 +70,10 @@ def _disk(_options: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
                     tally = disk.fill(each, before[each.after], shortage, bar.update)
                 found.setdefault(shortage.name, {})[name] = tally.as_dict()
                 faults += [f"{name}, {fault}" for fault in tally.faults]
+    with tqdm(desc="pages: sweep", unit="disk") as bar:
+        tally = full_sweep.fill(bar.update)
+    found["pages"]["sweep"] = tally.as_dict()
+    faults += [f"sweep, {fault}" for fault in tally.faults]
     return {"machine": machine(PACKAGES), "shortages": found}, faults
 
 

@@ -17,7 +17,7 @@ import pytest
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 
-from reliability import crash, disk, long, page, processes, runs, small_disk, victims, writes  # noqa: E402
+from reliability import crash, disk, full_sweep, long, page, processes, runs, small_disk, victims, writes  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="takes Linux")
 
@@ -104,6 +104,14 @@ def test_a_full_disk_is_told_and_spoils_nothing(name: str, materials: dict[str, 
     assert tally.faults == []
     assert tally.tried >= 2
     assert sum(tally.hit.values()) == tally.tried
+
+
+@pytest.mark.slow
+def test_a_sweep_on_a_full_disk_lists_what_failed_and_goes_on(may_mount: None) -> None:
+    tally = full_sweep.fill(step=25)
+    assert tally.faults == []
+    assert tally.tried >= 3
+    assert sum(tally.hit.values()) >= tally.tried
 
 
 @pytest.mark.slow

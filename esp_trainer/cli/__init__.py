@@ -14,6 +14,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from esp_trainer.cli import teams, training
 from esp_trainer.cli.overrides import describe, override, read_options, split
+from esp_trainer.files import in_words
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.tasks import TASKS
 from esp_trainer.types import ROLES
@@ -79,8 +80,7 @@ def main(arguments: list[str] | None = None) -> int:
         return _fail(f"not enough memory: {error}" if str(error) else "not enough memory")
     except OSError as error:
         _let_go_of_output()
-        where = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{where}{error.strerror}" if error.strerror else str(error))
+        return _fail(in_words(error))
     except (ValueError, DependencyNotInstalled) as error:
         return _fail(str(error))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import in_words
 from esp_trainer.run.checkpoint import difference
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.trainer import Trainer
@@ -25,7 +26,9 @@ def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object
         started(trainer)
         for _ in trainer.generations():
             pass
-    except (ValueError, OSError, MemoryError) as error:
+    except OSError as error:
+        return in_words(error)
+    except (ValueError, MemoryError) as error:
         return (str(error) or type(error).__name__).splitlines()[0]
     except Exception as error:
         log = path.with_name(f"traceback-{path.name}.txt")

@@ -124,10 +124,10 @@ def _said(ended: Ended, tally: Tally) -> Iterator[str]:
     if match is None:
         yield f"does not name the file and the reason: {ended.errors[0]}"
     else:
-        tally.hit[_kind(match[1])] += 1
+        tally.hit[kind(match[1])] += 1
 
 
-def _kind(file: str) -> str:
+def kind(file: str) -> str:
     """A file's name, the same for all champions, and for all that TensorBoard reads."""
     return re.sub(r"(champions|tensorboard)/.*", r"\1/*", file)
 

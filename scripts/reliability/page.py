@@ -85,7 +85,7 @@ Every command that writes, on a disk (a tmpfs of 4 kB pages) with 0, 1, 2 and so
 succeeds; on one that takes no more files; and on one that is read-only. A failure must be one line that names
 the file and the reason, and an exit code; every file must be as it was, or whole and new; and once there is
 room, the command must end in the bytes that it would have written at once. Of {n_tried:,} failures, {n_faults}
-did otherwise.
+did otherwise. (A sweep's runs fail one by one, and are listed with the file and the reason.)
 
 {_table(["the disk is", "command", "failures", "at which file", "faults"], rows)}
 

@@ -6,12 +6,14 @@ import mmap
 import os
 import shutil
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 PAGE = mmap.PAGESIZE
+_PATIENCE = 50  # tenths of a second
 _FILLER = ".filler"  # and, where names are to run out, a directory of empty files
 
 
@@ -69,7 +71,16 @@ def small_disk(pages: int, names: int = 1000) -> Iterator[SmallDisk]:
         try:
             yield SmallDisk(Path(place))
         finally:
-            _run("umount", place)
+            _unmount(place)
+
+
+def _unmount(place: str) -> None:
+    """Python's watchers of workers outlive their parent by a moment, and stand there."""
+    for _ in range(_PATIENCE):
+        if subprocess.run(["umount", place], capture_output=True, check=False).returncode == 0:
+            return
+        time.sleep(0.1)
+    _run("umount", place)
 
 
 def _run(*command: str) -> None:

@@ -66,7 +66,7 @@ So the driver's CPU time for a batch is, by least squares,
 
 an empty task there and back takes {1e3 * shared.round_trip:.1f} ms, and a trial of six episodes {1e6 * model.per_trial:.1f} us on a core. Over
 the wire go {shared.sent:.0f} bytes a trial to a worker and {shared.returned:.0f} from it, and {shared.common / 1e3:.0f} KB of candidates a generation to each node: at
-10 Gbit/s that is {8 * (shared.sent + shared.returned) / 10e3:.2f} us a trial, less than what the driver does for it.
+10 Gbit/s that is {8 * (shared.sent + shared.returned) / 10e3:.2f} us a trial, beside what the driver does for it.
 
 ## What more cores would give
 
