@@ -101,32 +101,20 @@ def _answered(fixed: np.ndarray, role: Role, solution: Solution) -> np.ndarray:
 
 
 def draw(races: Races, file: Path) -> None:
-    """The last champions by time beside optimal play, and their exploitability by generation."""
+    """What is caught of the last champions, and by them, by time, beside optimal play."""
     mpl.use("agg")
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(5.5, 4.2), layout="constrained")
     steps = np.arange(1, len(races.optimal) + 1)
-    left.plot(steps, races.optimal, "k", label="both optimal")
+    axes.plot(steps, races.optimal, "k", label="both optimal")
     for (name, role), curve in races.scripts.items():
         if role == "prey":
-            left.plot(steps, curve, ":", label=f"prey {name}, answered optimally")
+            axes.plot(steps, curve, ":", label=f"prey {name}, answered optimally")
     for name in PRESETS:
-        left.plot(steps, races.evolved[name, "prey"][:, -1].mean(axis=0), label=f"prey of {name}, answered optimally")
-        left.plot(steps, races.evolved[name, "predators"][:, -1].mean(axis=0), "--", label=f"predators of {name}")
-    left.set(xlabel="steps", ylabel="share of prey caught", title=f"The last champions, {races.size} x {races.size}")
-    left.legend(fontsize=7)
-    for name in PRESETS:
-        lost = races.evolved[name, "prey"][:, :, races.half - 1] - races.optimal[races.half - 1]
-        right.errorbar(
-            races.generations, lost.mean(axis=0), 2.26 * lost.std(axis=0, ddof=1) / np.sqrt(races.seeds), label=name
-        )
-    right.set(
-        xlabel="generation",
-        ylabel="exploitability of the prey",
-        title=f"Within {races.half} steps, means over {races.seeds} seeds with 95% intervals",
-        ylim=(0, None),
-    )
-    right.legend(fontsize=7)
+        axes.plot(steps, races.evolved[name, "prey"][:, -1].mean(axis=0), label=f"prey of {name}, answered optimally")
+        axes.plot(steps, races.evolved[name, "predators"][:, -1].mean(axis=0), "--", label=f"predators of {name}")
+    axes.set(xlabel="steps", ylabel="share of prey caught", title=f"The last champions, {races.size} x {races.size}")
+    axes.legend(fontsize=7)
     figure.savefig(file, dpi=120)
     plt.close(figure)
