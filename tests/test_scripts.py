@@ -109,6 +109,18 @@ def test_scaling_benchmark_fills_every_table() -> None:
     assert not re.search(r"\b(nan|inf|None)\b", done.stdout)
 
 
+@pytest.mark.slow
+def test_the_study_of_optimal_play_fills_every_table() -> None:
+    done = script("optimal_play.py", "--quick")
+    assert done.returncode == 0, done.stderr
+    tables = re.findall(r"(?:^\|.*\n)+", done.stdout, re.MULTILINE)
+    assert len(tables) == 5
+    known = re.findall(r"^\| 6 x 6, \d+ \| (.*?) \| (.*?) \|", done.stdout, re.MULTILINE)
+    assert len(known) == 2
+    assert all(found == said for found, said in known)
+    assert not re.search(r"\b(nan|inf|None)\b", done.stdout)
+
+
 @pytest.mark.parametrize("name", ["bench_throughput.py", "bench_peers.py"])
 def test_benchmarks_refuse_a_part_that_does_not_exist(name: str) -> None:
     done = script(name, "--only", "nothing")

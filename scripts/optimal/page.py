@@ -21,7 +21,7 @@ once. The predators are taken as one player: they choose together, and may draw 
 - **The idle action is the game on an even torus.** Without it predators catch only when all three start at an even distance. With it
   they fix parity first: on {habits.size} x {habits.size} {habits.idling[0]:.2f} of them idle in the first step and {habits.idling[-1]:.2f} in the last, when {habits.even[-1]:.2f} are at an even
   distance. Optimal prey mostly have one good exit at the start, and draw from two or three once they are surrounded.
-- **At one and a half times the size the value falls as the torus grows**, from {max(idling.mean for idling, _ in sizes):.2f} to {sizes[-1][0].mean:.2f} at {sizes[-1][0].game.size} x {sizes[-1][0].game.size}. Nothing follows from
+- **At one and a half times the size the value falls as the torus grows**, among even sizes and among odd ones, from {max(idling.mean for idling, _ in sizes):.2f} to {sizes[-1][0].mean:.2f} at {sizes[-1][0].game.size} x {sizes[-1][0].game.size}. Nothing follows from
   that for 100 x 100, where three predators may need another share of the time to come near.
 - **Whoever can be foreseen is lost.** Evolved predators that take the action with the most votes, and scripts, never catch a prey that
   foresees them; those that draw by their votes hardly do, as they draw little, and apart.
