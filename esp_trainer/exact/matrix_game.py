@@ -12,7 +12,8 @@ _LEAST_COST = 1e-11
 """A reduced cost below this counts as none: payoffs are shares in [0, 1], in double precision."""
 _LEAST_PIVOT = 1e-9
 """Likewise a pivot; smaller ones, which rounding leaves of zeros, would spoil the tableau."""
-_LARGEST_GAP = 1e-9
+_LARGEST_GAP = 1e-7
+_GRAIN = 1e-8
 _PIVOTS = 10
 """For each row and column; some five in all are usual."""
 
@@ -63,7 +64,7 @@ def equilibrium(work: Workspace) -> float:
     A saddle point if there is one; else the column player's linear programme, ``max sum(y)`` with
     ``(payoffs + 1) y <= 1``, by the simplex method on a condensed tableau, and the row player's strategy is its dual.
     What is found is checked: the two strategies must secure the same. If rounding has led the steepest ascent astray,
-    Bland's rule tries; if both fail, which nobody has seen, the value is nan.
+    Bland's rule tries, then both with payoffs rounded to eight digits; if all fail the value is nan.
     """
     row, column = saddle_point(work.payoffs)
     if row >= 0:
@@ -72,11 +73,21 @@ def equilibrium(work: Workspace) -> float:
         work.rows[row] = 1.0
         work.columns[column] = 1.0
         return work.payoffs[row, column]  # type: ignore[no-any-return]
-    for steepest in (True, False):
-        value = _simplex(work, steepest)
+    for attempt in range(4):
+        if attempt == 2:
+            _round(work.payoffs)
+        value = _simplex(work, attempt % 2 == 0)
         if _gap(work) < _LARGEST_GAP:
             return value
     return np.nan
+
+
+@rule
+def _round(payoffs: Any) -> None:
+    """Make payoffs equal that differ by less than counts."""
+    for i in range(payoffs.shape[0]):
+        for j in range(payoffs.shape[1]):
+            payoffs[i, j] = np.round(payoffs[i, j] / _GRAIN) * _GRAIN
 
 
 @rule
@@ -129,8 +140,11 @@ def _solve_for_chances(system: Any, k: int, which: Any, chances: Any) -> float:
     total = 0.0
     for i in range(k):
         total += system[i, k]
+    positive = 0.0  # rounding may leave one just below 0
     for i in range(k):
-        chances[which[i]] = max(0.0, system[i, k] / total)
+        positive += max(0.0, system[i, k])
+    for i in range(k):
+        chances[which[i]] = max(0.0, system[i, k]) / positive
     return total
 
 

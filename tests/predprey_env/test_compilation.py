@@ -10,6 +10,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -31,6 +32,12 @@ def _load(path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(autouse=True)
+def cache_beside_the_source(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where these tests look for it, whatever NUMBA_CACHE_DIR says."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
 
 
 @pytest.fixture

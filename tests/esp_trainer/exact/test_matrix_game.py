@@ -61,12 +61,12 @@ def test_values_are_those_of_linear_programming_and_strategies_secure_them(
 ) -> None:
     payoffs = KINDS[kind](np.random.default_rng(seed), (m, n))
     value, rows, columns = solve_game(payoffs)
-    assert value == pytest.approx(value_by_scipy(payoffs), abs=1e-8)
+    assert value == pytest.approx(value_by_scipy(payoffs), abs=1e-7)
     for strategy in (rows, columns):
         assert strategy.min() >= 0
         assert strategy.sum() == pytest.approx(1, abs=1e-9)
-    assert (rows @ payoffs).min() >= value - 1e-9
-    assert (payoffs @ columns).max() <= value + 1e-9
+    assert (rows @ payoffs).min() >= value - 1e-7
+    assert (payoffs @ columns).max() <= value + 1e-7
 
 
 def test_payoffs_below_zero_are_refused() -> None:
