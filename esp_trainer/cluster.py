@@ -35,17 +35,6 @@ def connected(address: str) -> Iterator[None]:
         ConnectionError: There is none.
         DependencyNotInstalled: Ray is not installed.
     """
-    connect(address)
-    import ray
-
-    try:
-        yield
-    finally:
-        ray.shutdown()
-
-
-def connect(address: str) -> None:
-    """Connect, and stay connected until the process ends; see :func:`connected`."""
     try:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # who starts a cluster here has agreed to nothing
         import ray
@@ -58,6 +47,10 @@ def connect(address: str) -> None:
     except (ConnectionError, ValueError, RuntimeError) as error:
         hint = "; if it asks for a token, set RAY_AUTH_MODE=token" if ":" in address else ""
         raise ConnectionError(f"no Ray cluster at {address}: {str(error).splitlines()[0]}{hint}") from None
+    try:
+        yield
+    finally:
+        ray.shutdown()
 
 
 def _check_answers(address: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -79,6 +80,14 @@ def unknown_field(field: str, known: list[str]) -> str:
         field.rpartition(".")[2], known, n=1, cutoff=0.5
     )
     return f"unknown field {field}" + (f"; did you mean {near[0]}?" if near else "")
+
+
+def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """The leaves of a tree of settings, by their names with dots."""
+    found: dict[str, Any] = {}
+    for name, value in tree.items():
+        found |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+    return found
 
 
 def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:

@@ -11,9 +11,10 @@ import numpy as np
 
 from esp_trainer.cli.analysis import say
 from esp_trainer.report.measure import Settings
-from esp_trainer.report.page import flat, write_page
+from esp_trainer.report.page import write_page
 from esp_trainer.report.source import Source, read
 from esp_trainer.run.checkpoint import NO_MATTER
+from predprey_env.settings import flat
 
 
 def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
@@ -79,7 +80,7 @@ def _check(sources: Sequence[Source]) -> None:
 
 def _differences(sources: Sequence[Source]) -> list[str]:
     """A line if runs are pooled that differ in more than their seeds."""
-    configs = [dict(flat(source.config.model_dump(exclude={*NO_MATTER, "seed", "preset"}))) for source in sources]
+    configs = [flat(source.config.model_dump(exclude={*NO_MATTER, "seed", "preset"})) for source in sources]
     names = [name for name in configs[0] if len({str(config[name]) for config in configs}) > 1]
     values = [f"{name} ({', '.join(dict.fromkeys(str(config[name]) for config in configs))})" for name in names]
     return [f"The runs differ in {', '.join(values)}."] if names else []

@@ -12,7 +12,9 @@ from esp_trainer.esp.network import Networks, agent_votes, exponential, most_vot
 from esp_trainer.esp.team import Team
 from esp_trainer.types import Role, ScriptedTeams
 from predprey_env.compilation import entry_point
-from predprey_env.config import EnvConfig
+from predprey_env.config import EnvConfig, Rules
+from predprey_env.dynamics import World
+from predprey_env.observation import observe
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.names import PREFIXES
 from predprey_env.policies.protocol import MEMORY
@@ -26,15 +28,25 @@ def views(config: EnvConfig, role: Role) -> np.ndarray:
 
     States are in the order of their keys, the predators' cells as digits; see :mod:`esp_trainer.exact.states`.
     """
-    size, n_predators = config.size, config.n_predators
-    key = np.arange(size ** (2 * n_predators))
-    cells = np.stack(np.unravel_index(key, (size**2,) * n_predators), axis=1)
-    offsets = np.stack(np.divmod(cells, size), axis=2)
-    if role == "predators":
-        offsets = -offsets % size
-    half = size - size // 2  # of two ways that are as long, the negative one
-    offsets = np.where(offsets >= half, offsets - size, offsets).astype(np.float32)
-    return offsets if role == "predators" else offsets.reshape(len(key), 1, -1)
+    shape, n_agents = config.team(role), config.n_agents
+    seen = np.zeros((config.size ** (2 * config.n_predators), shape.n_agents, shape.n_seen), np.float32)
+    world = World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.ones(1, np.int32))
+    _look(world, config.rules, 0 if role == "predators" else config.n_predators, seen)
+    return seen
+
+
+@entry_point
+def _look(world: World, rules: Rules, first: int, seen: Any) -> None:
+    """The prey stays in the first cell."""
+    n_cells = rules.size * rules.size
+    for key in range(seen.shape[0]):
+        digits = key
+        for predator in range(rules.n_predators - 1, -1, -1):
+            cell = digits % n_cells
+            world.x[predator], world.y[predator] = cell // rules.size, cell % rules.size
+            digits //= n_cells
+        for agent in range(seen.shape[1]):
+            observe(world, first + agent, rules, seen[key, agent], 0)
 
 
 @singledispatch

@@ -13,7 +13,9 @@ _LEAST_COST = 1e-11
 _LEAST_PIVOT = 1e-9
 """Likewise a pivot; smaller ones, which rounding leaves of zeros, would spoil the tableau."""
 _LARGEST_GAP = 1e-7
+"""Between what the two strategies secure: how exact a value is."""
 _GRAIN = 1e-8
+"""What payoffs are rounded to where they must be."""
 _PIVOTS = 10
 """For each row and column; some five in all are usual."""
 

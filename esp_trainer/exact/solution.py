@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.evaluation.fused import cores
+from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
 from esp_trainer.exact.states import Moves, States, moves_of, states_of
 from predprey_env.compilation import entry_point, rule
@@ -159,9 +160,10 @@ def means_by_parity(values: np.ndarray, config: EnvConfig) -> tuple[float, list[
     there starts in which predators share a cell are a little rarer.)
     """
     size, n_predators = config.size, config.n_predators
-    offset = np.minimum(np.arange(size), size - np.arange(size))
-    even = ((offset[:, None] + offset) % 2 == 0).ravel()
-    free = np.arange(size**2) != 0
+    alone = np.zeros((size**2, 2, 2), np.int64)  # a predator in each cell, and the prey in the first
+    alone[:, 0] = np.stack(np.divmod(np.arange(size**2), size), axis=1)
+    far = distances(alone, config.replace(n_predators=1)).ravel()
+    even, free = far % 2 == 0, far > 0
     counts, starts = np.zeros(1, int), np.ones(1, bool)
     for _ in range(n_predators):
         counts = (counts[:, None] + even).ravel()

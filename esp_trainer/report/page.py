@@ -24,6 +24,7 @@ from esp_trainer.report.measure import Measured, Settings, measure
 from esp_trainer.report.source import Source
 from esp_trainer.report.story import story
 from esp_trainer.seeding import stream
+from predprey_env.settings import flat
 
 _SCRIPTS = ("teams", "game", "behaviours", "painter", "timeline", "thoughts", "player", "charts", "main")
 _GENES = 2**22  # bytes of champions that a page holds: of more, those of some generations
@@ -153,9 +154,9 @@ def _starts(runs: Sequence[Measured]) -> list[Any]:
 
 def _config(config: RunConfig) -> str:
     """Every field, those that differ from the preset marked."""
-    usual = dict(flat(preset(config.preset).model_dump())) if config.preset in PRESETS else None
+    usual = flat(preset(config.preset).model_dump()) if config.preset in PRESETS else None
     rows = []
-    for name, value in flat(config.model_dump()):
+    for name, value in flat(config.model_dump()).items():
         changed = usual is not None and name not in ("preset", "seed") and usual.get(name) != value
         mark = (
             f' class="changed" title="{escape(config.preset)} has {escape(str(usual[name]))}"'
@@ -164,11 +165,3 @@ def _config(config: RunConfig) -> str:
         )
         rows.append(f"<div{mark}><dt>{escape(name)}</dt><dd>{escape(str(value))}</dd></div>")
     return "\n".join(rows)
-
-
-def flat(tree: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """The leaves of a tree of settings, by their names with dots."""
-    found: list[tuple[str, Any]] = []
-    for name, value in tree.items():
-        found += flat(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
-    return found

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import prod
@@ -23,7 +23,7 @@ from typing import Any
 
 from esp_trainer.config import RunConfig
 from esp_trainer.presets import preset
-from predprey_env.settings import unknown_field
+from predprey_env.settings import flat, unknown_field
 
 _MOST = 100_000
 _ENTRIES = ["preset", "seeds", "fields"]
@@ -62,7 +62,7 @@ def read_plan(file: Path) -> list[PlannedRun]:
 
 def _runs(declared: dict[str, Any]) -> list[PlannedRun]:
     presets, seeds, values = _checked(declared)
-    listed = [name for name, value in _flat(declared.get("fields", {})).items() if isinstance(value, list)]
+    listed = [name for name, value in flat(declared.get("fields", {})).items() if isinstance(value, list)]
     runs = []
     for word, combination in product(presets, product(*values.values())):
         fields = dict(zip(values, combination, strict=True))
@@ -96,7 +96,8 @@ def _values(fields: Any) -> dict[str, list[Any]]:
     """The values of each field."""
     if not isinstance(fields, dict):
         raise ValueError(f"fields must be a table, got {fields!r}")
-    values = {name: value if isinstance(value, list) else [value] for name, value in _flat(fields).items()}
+    # TOML makes tables within tables of bare dotted names.
+    values = {name: value if isinstance(value, list) else [value] for name, value in flat(fields).items()}
     for name, given in values.items():
         if any(isinstance(value, dict | list) for value in given):
             raise ValueError(f"{name} must be a value or a list of values, got {given!r}")
@@ -111,14 +112,6 @@ def _all(kind: type, expected: str, value: Any) -> list[Any]:
     if not all(type(each) is kind for each in values):
         raise ValueError(f"{expected}, got {value!r}")
     return values
-
-
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Tables within tables, by their names with dots: TOML makes them of bare dotted keys."""
-    found: dict[str, Any] = {}
-    for name, value in tree.items():
-        found |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
-    return found
 
 
 def _word(value: Any) -> str:

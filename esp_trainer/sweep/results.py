@@ -26,7 +26,6 @@ class Result:
     """A run of a sweep, as it stands."""
 
     run: PlannedRun
-    path: Path
     generations: int
     figures: dict[str, float]
     """Means of :data:`FIGURES` over its last generations; empty if it has none."""
@@ -59,8 +58,8 @@ def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
         recent = [json.loads(line)["held_out"] for line in lines[-RECENT:]]
         figures = {name: sum(each[name]["rate"] for each in recent) / len(recent) for name in FIGURES} if recent else {}
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
-        return Result(run, path, len(lines), {}, reason or f"its log is damaged: {error}", whole=False)
-    return Result(run, path, len(lines), {} if reason else figures, reason, whole)
+        return Result(run, len(lines), {}, reason or f"its log is damaged: {error}", whole=False)
+    return Result(run, len(lines), {} if reason else figures, reason, whole)
 
 
 def write_csv(file: Path, results: Sequence[Result]) -> None:
