@@ -120,20 +120,27 @@ def most_votes(controller: Controller, votes: Any) -> Any:
 
 
 @rule
+def accumulate(controller: Controller, votes: Any) -> Any:
+    """Replace the votes by ``exp(votes)``, up to a factor, each with all before it; returns the sum of all."""
+    n_actions, most = len(controller.blank), load(votes, 0)
+    for action in range(1, n_actions):
+        most = where(load(votes, action) > most, load(votes, action), most)
+    total = exponential(load(votes, 0) - most)
+    store(votes, 0, total)
+    for action in range(1, n_actions):
+        total = total + exponential(load(votes, action) - most)
+        store(votes, action, total)
+    return total
+
+
+@rule
 def draw(controller: Controller, votes: Any, memory: Any, at: int) -> Any:
     """An action, with chances in proportion to ``exp(votes)``; ``memory`` holds in row ``at`` the state to draw from.
 
     The votes are used up. Once in 33 million draws, where the share that is drawn rounds up to 1, it is the last action
     whatever its chance.
     """
-    n_actions, most = len(controller.blank), load(votes, 0)
-    for action in range(1, n_actions):
-        most = where(load(votes, action) > most, load(votes, action), most)
-    total = exponential(load(votes, 0) - most)
-    store(votes, 0, total)
-    for action in range(1, n_actions):  # each with all before it
-        total = total + exponential(load(votes, action) - most)
-        store(votes, action, total)
+    n_actions, total = len(controller.blank), accumulate(controller, votes)
     state = load(memory, at)
     store(memory, at, advance(state))
     point = share(state) * total

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from esp_trainer.esp.network import Networks, agent_votes, exponential, most_votes
+from esp_trainer.esp.network import Networks, accumulate, agent_votes, most_votes
 from esp_trainer.esp.team import Team
 from esp_trainer.types import Role, ScriptedTeams
 from predprey_env.compilation import entry_point
@@ -129,15 +129,10 @@ def _team_chances(networks: Networks, seen: Any, out: Any) -> None:
             if not networks.controller.draws:
                 out[state, agent, most_votes(networks.controller, networks.votes)] = 1.0
                 continue
-            most = networks.votes[0]
-            for action in range(1, out.shape[2]):
-                most = max(most, networks.votes[action])
-            total = 0.0
+            total, before = float(accumulate(networks.controller, networks.votes)), 0.0
             for action in range(out.shape[2]):
-                out[state, agent, action] = exponential(networks.votes[action] - most)
-                total += out[state, agent, action]
-            for action in range(out.shape[2]):
-                out[state, agent, action] /= total
+                out[state, agent, action] = (networks.votes[action] - before) / total
+                before = networks.votes[action]
 
 
 @chances.register

@@ -17,6 +17,7 @@ from esp_trainer.types import ROLES, EvolvedTeams, ScriptedTeams, Teams, TrialBa
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
 settings.register_profile("esp_trainer", deadline=None, derandomize=True, max_examples=40)
 settings.load_profile("esp_trainer")
@@ -80,3 +81,14 @@ def fake_evaluator() -> type[FakeEvaluator]:
 def members() -> Callable[[EvolvedTeams], Any]:
     """``members(teams)``: the genomes of all trials' teams, ``(n_trials, n_agents, n_networks, n_hidden, n_genes)``."""
     return genomes_of
+
+
+@pytest.fixture(scope="session")
+def snapshot() -> Callable[[Path], dict[str, bytes]]:
+    """``snapshot(path)``: the bytes of every file but ``timing.jsonl``, which holds wall seconds."""
+
+    def read(path: Path) -> dict[str, bytes]:
+        files = (file for file in sorted(path.rglob("*")) if file.is_file() and file.name != "timing.jsonl")
+        return {str(file.relative_to(path)): file.read_bytes() for file in files}
+
+    return read

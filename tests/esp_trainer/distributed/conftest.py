@@ -92,17 +92,6 @@ def config() -> RunConfig:
     return smoke.replace(generations=5, checkpoint_every=2, esp=smoke.esp.replace(pairing="mixed", hof_size=3))
 
 
-@pytest.fixture(scope="session")
-def snapshot() -> Callable[[Path], dict[str, bytes]]:
-    """``snapshot(path)``: the bytes of every file but ``timing.jsonl``, which holds wall seconds."""
-
-    def read(path: Path) -> dict[str, bytes]:
-        files = (file for file in sorted(path.rglob("*")) if file.is_file() and file.name != "timing.jsonl")
-        return {str(file.relative_to(path)): file.read_bytes() for file in files}
-
-    return read
-
-
 class Processes:
     """Those of this machine, as ``/proc`` shows them."""
 

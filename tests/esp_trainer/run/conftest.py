@@ -58,17 +58,6 @@ def resume() -> Callable[..., Trainer]:
     return go_on
 
 
-@pytest.fixture(scope="session")
-def snapshot() -> Callable[[Path], Snapshot]:
-    """``snapshot(path)``: the bytes of every file but ``timing.jsonl``, which holds wall seconds."""
-
-    def read(path: Path) -> Snapshot:
-        files = (file for file in sorted(path.rglob("*")) if file.is_file() and file.name != "timing.jsonl")
-        return {str(file.relative_to(path)): file.read_bytes() for file in files}
-
-    return read
-
-
 @pytest.fixture
 def uninterrupted(
     tmp_path: Path, start: Callable[..., Trainer], snapshot: Callable[[Path], Snapshot]

@@ -22,14 +22,3 @@ def declared(tmp_path: Path) -> Callable[..., Path]:
         return file
 
     return write
-
-
-@pytest.fixture(scope="session")
-def snapshot() -> Callable[[Path], dict[str, bytes]]:
-    """``snapshot(path)``: the bytes of every file but ``timing.jsonl``, which holds wall seconds."""
-
-    def read(path: Path) -> dict[str, bytes]:
-        files = (file for file in sorted(path.rglob("*")) if file.is_file() and file.name != "timing.jsonl")
-        return {str(file.relative_to(path)): file.read_bytes() for file in files}
-
-    return read
