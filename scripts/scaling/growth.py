@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import statistics
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -57,10 +58,6 @@ def _measure(n_trials: int, size: int) -> Grown:
     if done.returncode:
         raise RuntimeError(f"a generation of {n_trials} trials failed: {done.stderr.strip()}")
     found = json.loads(done.stdout)
-    trials = _median([each["trials"] for each in found["seconds"]])
-    rest = _median([sum(each.values()) - each["trials"] for each in found["seconds"]])
+    trials = statistics.median([each["trials"] for each in found["seconds"]])
+    rest = statistics.median([sum(each.values()) - each["trials"] for each in found["seconds"]])
     return Grown(n_trials, size, found["threads"], trials, rest, found["peak"] / 1e6)
-
-
-def _median(values: list[float]) -> float:
-    return sorted(values)[len(values) // 2]
