@@ -3,6 +3,7 @@
     python scripts/train_ppo.py predators --task 3v2 --seed 1
     python scripts/train_ppo.py prey --opponents paper-3v2/predators/seed-500-late flee_nearest
     python scripts/train_ppo.py both            # self-play: each against the other's present and past
+    python scripts/train_ppo.py both --task 3v1 --size 6    # on a torus on which optimal play is known
 
 Proximal policy optimisation (Schulman et al. 2017) with generalised advantages (Schulman et al. 2016), one policy for
 all agents of a team and a critic that sees what the whole team sees (Yu et al. 2022). The policy is an evolved team's
@@ -33,7 +34,7 @@ from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
-from predprey_env import vector_env
+from predprey_env import EnvConfig, vector_env
 from predprey_env.policies.names import other_team
 
 INPUT_SCALE = 0.2
@@ -48,6 +49,8 @@ class Settings:
 
     role: str
     task: str = "3v2"
+    size: int = 100
+    """Of the torus, in cells; an episode has one and a half times as many steps."""
     opponents: tuple[str, ...] = ()
     reward: str = "dense"
     seed: int = 0
@@ -66,6 +69,11 @@ class Settings:
     entropy: float = 0.005
     n_checkpoints: int = 10
 
+    @property
+    def env(self) -> EnvConfig:
+        """The world."""
+        return TASKS[self.task].replace(size=self.size, max_cycles=self.size * 3 // 2, reward=self.reward)
+
 
 class Policy(nn.Module):
     """Preferences for each action; agents differ by a bias of their own in every hidden neuron."""
@@ -81,11 +89,11 @@ class Policy(nn.Module):
         """From ``(..., n_agents, n_seen)`` to ``(..., n_agents, n_actions)``."""
         return self.act(torch.tanh(self.see(seen * INPUT_SCALE) + self.know))
 
-    def as_team(self, role: str, task: str, provenance: dict[str, Any]) -> Team:
+    def as_team(self, role: str, env: EnvConfig, provenance: dict[str, Any]) -> Team:
         """The same as a team of networks with logistic neurons: ``tanh(x) = 2 / (1 + exp(-2 x)) - 1``, and what that
         takes off is given back by one neuron that is always on.
         """
-        n_agents, n_opponents, n_actions = TASKS[task].team(role)
+        n_agents, n_opponents, n_actions = env.team(role)
         see, out, offset = (p.detach().numpy() for p in (self.see.weight, self.act.weight, self.act.bias))
         side = SideConfig(
             controller="monolithic",
@@ -100,8 +108,8 @@ class Policy(nn.Module):
             genome[:-1] = np.concatenate([2 * see, 2 * know[:, None], 2 * out.T], axis=1)
             genome[-1, see.shape[1] :] = np.concatenate([[ALWAYS_ON], offset - out.sum(axis=1)])
         controller = make_controller(side, offset_wiring(side, n_opponents), n_actions)
-        env = TASKS[task].model_dump()
-        return Team(role, side, controller, genomes, {"preset": "ppo", "env": env, **provenance}, controller.n_seen)
+        origin = {"preset": "ppo", "env": env.model_dump(), **provenance}
+        return Team(role, side, controller, genomes, origin, controller.n_seen)
 
 
 class Critic(nn.Module):
@@ -123,8 +131,7 @@ class Worlds:
 
     def __init__(self, settings: Settings, role: str, opponents: list[str | Team]) -> None:
         self.settings, self.role = settings, role
-        self.max_cycles = TASKS[settings.task].max_cycles
-        self.shape = TASKS[settings.task].team(role)
+        self.shape = settings.env.team(role)
         self._n_begun = 0
         self.envs = [self._env(opponent) for opponent in opponents]
         self.parts = [self._begin(i) for i in range(len(opponents))]
@@ -132,8 +139,7 @@ class Worlds:
         """Share of prey caught in each episode that ended."""
 
     def _env(self, opponent: str | Team) -> Any:
-        env = TASKS[self.settings.task].replace(reward=self.settings.reward)
-        return vector_env(self.settings.n_worlds, self.role, opponent, "SameStep", **env.model_dump())
+        return vector_env(self.settings.n_worlds, self.role, opponent, "SameStep", **self.settings.env.model_dump())
 
     def _begin(self, i: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         seed = (1 + self.settings.seed) * 1_000_003 + self._n_begun * self.settings.n_worlds
@@ -149,7 +155,7 @@ class Worlds:
         """What agents see, the share of the time that has passed, and who still plays."""
         seen = np.stack([part[0] for part in self.parts]).reshape(-1, self.shape.n_agents, self.shape.n_seen)
         steps, captured = (np.stack([part[1][name] for part in self.parts]) for name in ("steps", "captured"))
-        passed = steps.reshape(-1, self.shape.n_agents)[:, 0] / self.max_cycles
+        passed = steps.reshape(-1, self.shape.n_agents)[:, 0] / self.settings.env.max_cycles
         playing = captured.reshape(-1, self.shape.n_agents) == 0
         return torch.from_numpy(seen), torch.from_numpy(passed).float(), torch.from_numpy(playing).float()
 
@@ -210,7 +216,7 @@ class Learner:
 
     def team(self, **provenance: Any) -> Team:
         """The policy as it is, as a team."""
-        return self.policy.as_team(self.role, self.settings.task, provenance)
+        return self.policy.as_team(self.role, self.settings.env, provenance)
 
     @torch.no_grad()
     def _play(self) -> tuple[Batch, torch.Tensor]:
@@ -333,14 +339,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("role", choices=["predators", "prey", "both"], help="who learns")
     parser.add_argument("--task", choices=TASKS, default="3v2")
+    parser.add_argument("--size", type=int, default=Settings.size, help="of the torus; by default the paper's 100")
     parser.add_argument(
         "--opponents", nargs="+", default=[], help="teams of the zoo, files, scripts; by default the zoo"
     )
     parser.add_argument("--reward", choices=["dense", "terminal"], default="dense")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--steps", type=int, default=Settings.steps, help="of agents, in all")
+    parser.add_argument("--entropy", type=float, default=Settings.entropy, help="how much drawing is worth")
     parser.add_argument("--n-worlds", type=int, default=Settings.n_worlds, help="for each opponent")
-    parser.add_argument("--out", type=Path, help="by default runs/ppo-TASK-ROLE-REWARD-seedSEED")
+    parser.add_argument("--out", type=Path, help="by default a directory in runs/ named after the settings")
     options = vars(parser.parse_args())
     out = options.pop("out")
     if options["role"] != "both" and not options["opponents"]:
@@ -349,7 +357,8 @@ def main() -> None:
             t.name for t in known_teams().values() if (t.role, t.task) == (role, task) and not t.held_out
         ]
     settings = Settings(**{**options, "opponents": tuple(options["opponents"])})
-    place = out or Path(f"runs/ppo-{settings.task}-{settings.role}-{settings.reward}-seed{settings.seed}")
+    world = settings.task if settings.size == Settings.size else f"{settings.task}-{settings.size}"
+    place = out or Path(f"runs/ppo-{world}-{settings.role}-{settings.reward}-seed{settings.seed}")
     if (place / "curve.csv").exists():
         parser.error(f"{place} already holds a run; choose another --out")
     try:

@@ -18,6 +18,7 @@ from esp_trainer.files import in_words
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.tasks import TASKS
 from esp_trainer.types import ROLES
+from predprey_env.config import EnvConfig
 
 _ADDRESS = "HOST:PORT of its head node, auto for the one that is running here, or local to start one"
 _SWEEP = """FILE declares the runs, for example
@@ -48,8 +49,8 @@ _SPECS = """SPEC is one of
 _MEASURED = (
     _SPECS.replace("paper-3v2/predators", "paper-3v1/predators").replace("prey-00099", "predators-00099")
     + """
-It plays against one prey, or is one. What it does must follow from the position: scripts that remember (intercept,
-run_straight) cannot be measured. A policy that draws its actions says their chances by a method
+What it does must follow from the position: scripts that remember (intercept, run_straight) cannot be measured. A
+policy that draws its actions says their chances by a method
 
   chances(observations) -> {agent: [chance of each action]}
 """
@@ -142,14 +143,16 @@ def _train(options: argparse.Namespace, fields: list[str]) -> int:
 
 def _analyse(options: argparse.Namespace) -> int:
     """What needs SciPy and Matplotlib, which take a second to import."""
-    from esp_trainer.cli import analysis, behaviours, benchmark, exploitability, report, watch
+    from esp_trainer.cli import analysis, behaviours, benchmark, exact, report, watch
     from esp_trainer.report.measure import Settings
 
     if options.command == "benchmark":
         settings = benchmark.Settings(options.role, options.task, options.episodes, options.seed, options.drawn)
         return benchmark.benchmark(options.policy, options.name, settings, options.out, options.leaderboard)
+    if options.command == "solve":
+        return exact.solve(_small_world(options), options.out)
     if options.command == "exploitability":
-        return exploitability.exploitability(options.policy, options.role, options.size, options.steps)
+        return exact.exploitability(options.policy, options.role, _small_world(options))
     if options.command == "watch":
         return watch.watch(options.run, options.fps)
     if options.command == "report":
@@ -157,6 +160,17 @@ def _analyse(options: argparse.Namespace) -> int:
     if options.command == "behaviours":
         return behaviours.behaviours(options.runs, options.generations, options.episodes, options.csv)
     return analysis.analyse(options.runs, options.generations, options.episodes, options.figures)
+
+
+def _small_world(options: argparse.Namespace) -> EnvConfig:
+    return EnvConfig(
+        size=options.size,
+        n_predators=options.predators,
+        n_prey=options.prey,
+        max_cycles=options.steps or options.size * 3 // 2,
+        predator_idle=not options.no_idle,
+        move_order="prey_first" if options.in_turns else "simultaneous",
+    )
 
 
 def _presets(name: str | None) -> int:
@@ -246,15 +260,16 @@ def _parser() -> argparse.ArgumentParser:
     benchmark.add_argument("--leaderboard", type=Path, metavar="FILE", help="put the result into that Markdown file")
     exploitability = command("exploitability", "say how far a policy is from optimal play, on a small torus", _MEASURED)
     exploitability.add_argument("policy", metavar="SPEC", help="who is measured; see below")
-    exploitability.add_argument(
-        "--role", required=True, choices=ROLES, help="which side it plays, three predators or one prey"
-    )
-    exploitability.add_argument(
-        "--size", type=_positive, default=8, metavar="N", help="of the torus, in cells; by default 8"
-    )
-    exploitability.add_argument(
-        "--steps", type=_positive, metavar="N", help="of an episode; by default 1.5 times the size"
-    )
+    exploitability.add_argument("--role", required=True, choices=ROLES, help="which side it plays")
+    solve = command("solve", "solve the game on a small torus: what optimal play is worth")
+    solve.add_argument("--out", type=Path, metavar="FILE", help="save the game there, for replay and for Python")
+    for each in (exploitability, solve):
+        each.add_argument("--size", type=_positive, default=8, metavar="N", help="of the torus, in cells; by default 8")
+        each.add_argument("--steps", type=_positive, metavar="N", help="of an episode; by default 1.5 times the size")
+        each.add_argument("--predators", type=_positive, default=3, metavar="N", help="by default 3")
+        each.add_argument("--prey", type=_positive, default=1, metavar="N", help="by default 1")
+        each.add_argument("--no-idle", action="store_true", help="predators may not stand still")
+        each.add_argument("--in-turns", action="store_true", help="the prey move first, and predators see it")
     presets = command("presets", "list the experiments, or every field of one")
     presets.add_argument("preset", nargs="?", metavar="PRESET")
     return parser

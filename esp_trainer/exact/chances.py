@@ -1,15 +1,22 @@
-"""What a policy does in every state of a small torus: the chances of each agent's actions."""
+"""What a policy does in every state of a small torus: the chances of each agent's actions.
+
+A policy may treat agents differently, so that nothing stands for what looks alike: states are by their keys
+(:mod:`esp_trainer.exact.states`), those in which just the first prey is free, then just the second, then both, and so
+on in the order of the bits of a number.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import singledispatch
-from typing import Any
+from itertools import compress
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from esp_trainer.esp.network import Networks, accumulate, agent_votes, most_votes
 from esp_trainer.esp.team import Team
+from esp_trainer.exact.states import n_keys, read_key
 from esp_trainer.types import Role, ScriptedTeams
 from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig, Rules
@@ -23,35 +30,52 @@ from predprey_env.policies.scripted import Script, follow
 _ASKED_AGAIN = 500  # states, to see whether a policy is always of the same mind
 
 
-def views(config: EnvConfig, role: Role) -> np.ndarray:
-    """What every agent of a team sees in every state: float32 ``(n_keys, n_agents, n_seen)``.
+class Survivors(NamedTuple):
+    """Who may be left of the prey, and where the states are in which it is they."""
 
-    States are in the order of their keys, the predators' cells as digits; see :mod:`esp_trainer.exact.states`.
-    """
-    shape, n_agents = config.team(role), config.n_agents
-    seen = np.zeros((config.size ** (2 * config.n_predators), shape.n_agents, shape.n_seen), np.float32)
-    world = World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.ones(1, np.int32))
-    _look(world, config.rules, 0 if role == "predators" else config.n_predators, seen)
+    prey: tuple[int, ...]
+    keys: slice
+
+
+def survivors(config: EnvConfig) -> list[Survivors]:
+    """In the order of their states."""
+    found, end = [], 0
+    for bits in range(1, 2**config.n_prey):
+        prey = tuple(compress(range(config.n_prey), (bits >> i & 1 for i in range(config.n_prey))))
+        begin, end = end, end + n_keys(config.size, config.n_predators, len(prey))
+        found.append(Survivors(prey, slice(begin, end)))
+    return found
+
+
+def views(config: EnvConfig, role: Role) -> np.ndarray:
+    """What every agent of a team sees in every state: float32 ``(n_states, n_agents, n_seen)``."""
+    shape, n_agents, games = config.team(role), config.n_agents, survivors(config)
+    seen = np.zeros((games[-1].keys.stop, shape.n_agents, shape.n_seen), np.float32)
+    first = 0 if role == "predators" else config.n_predators
+    for prey, keys in games:
+        alive = np.isin(range(config.n_prey), prey).astype(np.int32)
+        world = World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), alive)
+        rows = np.array([*range(config.n_predators), *(config.n_predators + i for i in prey)])
+        _look(world, config.rules, first, rows, np.zeros(len(rows), np.int32), seen[keys])
     return seen
 
 
 @entry_point
-def _look(world: World, rules: Rules, first: int, seen: Any) -> None:
-    """The prey stays in the first cell."""
-    n_cells = rules.size * rules.size
+def _look(world: World, rules: Rules, first: int, rows: Any, cells: Any, seen: Any) -> None:
+    """``rows`` are those of the world for who is there."""
     for key in range(seen.shape[0]):
-        digits = key
-        for predator in range(rules.n_predators - 1, -1, -1):
-            cell = digits % n_cells
-            world.x[predator], world.y[predator] = cell // rules.size, cell % rules.size
-            digits //= n_cells
+        read_key(key, rules.size * rules.size, rules.n_predators, cells)
+        for i in range(len(rows)):
+            world.x[rows[i]], world.y[rows[i]] = cells[i] // rules.size, cells[i] % rules.size
         for agent in range(seen.shape[1]):
             observe(world, first + agent, rules, seen[key, agent], 0)
 
 
 @singledispatch
 def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
-    """The chances of each action of each agent of a team in every state, float64 ``(n_keys, n_agents, n_actions)``.
+    """The chances of each action of each agent of a team in every state, float64 ``(n_states, n_agents, n_actions)``.
+
+    What it would do for caught prey is there too, and means nothing.
 
     A policy must do in a position what it always does there, or say its chances by a method
     ``chances(observations) -> {agent: chances}``; what remembers or draws otherwise is a :class:`ValueError`.
@@ -59,7 +83,7 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
     Args:
         policy: Meets the policy protocol.
         role: Which team it plays.
-        config: The world, with one prey.
+        config: The world.
     """
     seen, n_actions = views(config, role), config.team(role).n_actions
     if hasattr(policy, "chances"):

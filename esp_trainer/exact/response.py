@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from esp_trainer.evaluation.fused import cores
-from esp_trainer.exact.solution import Solution, by_parity, means_by_parity
-from esp_trainer.exact.states import Moves, moves_of
+from esp_trainer.exact.chances import survivors
+from esp_trainer.exact.solution import Solution, after_turn, by_parity, look_round, means_by_parity
+from esp_trainer.exact.states import Moves, read_key, turns_of
 from esp_trainer.types import Role
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
@@ -48,132 +50,163 @@ def exploitability(chances: np.ndarray, role: Role, solution: Solution, horizon:
 def measured(values: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
     """From what a policy's best response takes of it, as :func:`best_response` returns it."""
     optimal, optimal_by_even = by_parity(solution, horizon)
-    exploited, exploited_by_even = means_by_parity(values, solution.config)
+    exploited, exploited_by_even = means_by_parity(values, solution)
     return Exploitability(role, horizon, optimal, exploited, optimal_by_even, exploited_by_even)
 
 
-def best_response(
-    chances: np.ndarray,
-    role: Role,
-    config: EnvConfig,
-    horizon: int,
-    watch: Callable[[np.ndarray], object] = lambda _: None,
-) -> np.ndarray:
-    """Chance that the prey is caught in time in every state, when the other side answers a fixed policy optimally.
+def best_response(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> np.ndarray:
+    """How many prey are caught in an episode of ``horizon`` steps; see :func:`best_responses`."""
+    *_, values = best_responses(chances, role, config, horizon)
+    return values
+
+
+def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> Iterator[np.ndarray]:
+    """How many prey are caught in time from every state in which all are free, when the other side answers a fixed
+    policy optimally: for an episode of one step, of two, and so on.
 
     Args:
-        chances: Of the fixed policy's actions, ``(n_keys, n_agents, n_actions)``.
+        chances: Of the fixed policy's actions, ``(n_states, n_agents, n_actions)``.
         role: Which side is fixed.
-        config: The world, with one prey.
-        horizon: Steps of the episode.
-        watch: Called with what would be returned for each shorter episode and for this, the shortest first.
+        config: The world.
+        horizon: Steps of the longest episode.
 
-    Returns:
-        float64 ``(n_keys,)``; states with a predator in the prey's cell hold 1.
+    Yields:
+        float64 ``(n_keys,)``. What states with a predator in a prey's cell hold means nothing.
     """
-    if config.move_order != "simultaneous":
-        raise ValueError(f"best responses are worked out for games of simultaneous moves, got {config.move_order}")
-    moves, n_keys = moves_of(config), len(chances)
-    later, now = np.zeros(n_keys), np.zeros(n_keys)
-    solve = _answer_predators if role == "predators" else _answer_prey
-
-    def part(first: int) -> None:
-        cells, scratch = np.zeros(config.n_predators, np.int32), np.zeros((2, config.n_predators, 8), np.int64)
-        solve(moves, chances, later, now, first, min(first + _PART, n_keys), cells, scratch)
-
+    turns, games = turns_of(config), survivors(config)
+    later, now = np.zeros((2, games[-1].keys.stop))
     with ThreadPoolExecutor(cores()) as pool:
         for _ in range(horizon):
-            list(pool.map(part, range(0, n_keys, _PART)))
-            later, now = now, later
-            watch(later)
-    return later
+            for moves in reversed(turns):
+                acts = (moves.cell.shape[1] if role == "predators" else moves.cell.shape[2]) > 1
+                fixed = chances if acts else np.ones((len(chances), chances.shape[1], 1))
+                for prey, keys in games:
+                    _solve_game(pool, Game.of(prey, config), moves, fixed, role, (later, now), keys)
+                later, now = now, later
+            yield later[games[-1].keys].copy()
+
+
+class Game(NamedTuple):
+    """The part of the game in which certain prey are left."""
+
+    n_predators: int
+    prey: Any
+    """Who: int64 ``(n_prey,)``."""
+    begins: Any
+    """Where the states begin in which some of them are free, by the bits that say which: int64 ``(2 ** n_prey,)``."""
+
+    @classmethod
+    def of(cls, prey: tuple[int, ...], config: EnvConfig) -> Game:
+        """Where just those prey are left."""
+        begins = np.zeros(2 ** len(prey), np.int64)
+        for others, keys in survivors(config):
+            if set(others) <= set(prey):
+                begins[sum(1 << prey.index(each) for each in others)] = keys.start
+        return cls(config.n_predators, np.array(prey), begins)
+
+
+def _solve_game(
+    pool: ThreadPoolExecutor,
+    game: Game,
+    moves: Moves,
+    chances: np.ndarray,
+    role: Role,
+    values: tuple[np.ndarray, np.ndarray],
+    keys: slice,
+) -> None:
+    """One turn of it, in parts."""
+    later, now = values
+    fixed, of_game, n_keys = chances[keys], now[keys], keys.stop - keys.start
+
+    def part(first: int) -> None:
+        last = min(first + _PART, n_keys)
+        _answer(game, moves, fixed, role == "predators", later, of_game, first, last, _make_room(game, moves, role))
+
+    list(pool.map(part, range(0, n_keys, _PART)))
+
+
+class _Room(NamedTuple):
+    cells: Any
+    seen: Any
+    actions: Any
+    fixed: Any
+    """The fixed side's joint actions: int64 ``(n_joint, n_agents of it)``."""
+    free: Any
+    """The other's."""
+    totals: Any
+    """What the latter lead to: float64 ``(n_joint,)``."""
+
+
+def _make_room(game: Game, moves: Moves, role: Role) -> _Room:
+    """Each thread needs its own."""
+    n_prey = len(game.prey)
+    n_agents = game.n_predators + n_prey
+    fixed, free = (
+        np.array(list(product(range(n_actions), repeat=n)))
+        for n_actions, n in zip(moves.cell.shape[1:], (game.n_predators, n_prey), strict=True)
+    )
+    if role == "prey":
+        fixed, free = free, fixed
+    cells, seen, actions = (np.zeros(shape, np.int64) for shape in ((n_agents,), (n_prey, n_agents), (n_agents,)))
+    return _Room(cells, seen, actions, fixed, free, np.zeros(len(free)))
 
 
 def memory_for_response(config: EnvConfig, role: Role) -> int:
     """Bytes, at most, that :func:`best_response` takes together with the chances that it is given."""
     shape = config.team(role)
-    n_keys: int = config.size ** (2 * config.n_predators)
-    return 8 * n_keys * (shape.n_agents * (shape.n_actions + shape.n_seen + 2) + 6)
-
-
-@rule
-def _cells_of(key: int, n_cells: int, cells: Any) -> bool:
-    """A key's digits; whether the prey is free there."""
-    free = True
-    for i in range(len(cells) - 1, -1, -1):
-        cells[i] = key % n_cells
-        key //= n_cells
-        free = free and cells[i] != 0
-    return free
-
-
-@rule
-def _after(moves: Moves, cells: Any, actions: Any, prey_action: int, later: Any) -> float:
-    """The chance of a capture from the state that follows."""
-    key, n_cells = 0, moves.cell.shape[0]
-    for i in range(len(cells)):
-        if moves.caught[cells[i], actions[i], prey_action]:
-            return 1.0
-        key = key * n_cells + moves.cell[cells[i], actions[i], prey_action]
-    return later[key]  # type: ignore[no-any-return]
+    n_states: int = survivors(config)[-1].keys.stop
+    return 8 * n_states * (shape.n_agents * (2 * shape.n_actions + shape.n_seen // 2) + 6)
 
 
 @entry_point
-def _answer_predators(
-    moves: Moves, chances: Any, later: Any, now: Any, first: int, last: int, cells: Any, scratch: Any
+def _answer(
+    game: Game,
+    moves: Moves,
+    chances: Any,
+    predators_fixed: bool,
+    later: Any,
+    now: Any,
+    first: int,
+    last: int,
+    room: _Room,
 ) -> None:
-    """The prey's best: the action after which it is caught least."""
-    n_predators, n_cells, n_actions = len(cells), moves.cell.shape[0], moves.cell.shape[1]
-    likely, actions, which = scratch[0], scratch[1, :, 0], scratch[1, :, 1]
+    """The other side's best: the joint action after which fewest prey are caught, or most."""
+    n_predators, n_prey = game.n_predators, len(game.prey)
+    first_fixed, first_free = (0, n_predators) if predators_fixed else (n_predators, 0)
     for key in range(first, last):
-        if not _cells_of(key, n_cells, cells):
-            now[key] = 1.0
+        if not read_key(key, moves.size * moves.size, n_predators, room.cells):
             continue
-        n_joint = 1
-        for i in range(n_predators):  # the actions that the predator may take, and how many they are
-            n_likely = 0
-            for action in range(n_actions):
-                if chances[key, i, action] > 0.0:
-                    likely[i, n_likely] = action
-                    n_likely += 1
-            which[i] = n_likely
-            n_joint *= n_likely
-        least = 2.0
-        for prey_action in range(moves.cell.shape[2]):
-            total = 0.0
-            for joint in range(n_joint):
-                digits, chance = joint, 1.0
-                for i in range(n_predators):
-                    actions[i] = likely[i, digits % which[i]]
-                    digits //= which[i]
-                    chance *= chances[key, i, actions[i]]
-                total += chance * _after(moves, cells, actions, prey_action, later)
-            least = min(least, total)
-        now[key] = least
+        look_round(room.cells, moves.size, room.seen)
+        room.totals[:] = 0.0
+        for joint in range(len(room.fixed)):
+            weight = _chance(game, chances[key], predators_fixed, room.fixed[joint])
+            if weight == 0.0:
+                continue
+            _copy(room.fixed[joint], room.actions, first_fixed)
+            for answer in range(len(room.free)):
+                _copy(room.free[answer], room.actions, first_free)
+                left, free, after = after_turn(room.seen, room.actions, moves)
+                more = later[game.begins[free] + after] if left > 0 else 0.0
+                room.totals[answer] += weight * (n_prey - left + more)
+        best = room.totals[0]
+        for total in room.totals:
+            best = min(best, total) if predators_fixed else max(best, total)
+        now[key] = best
 
 
-@entry_point
-def _answer_prey(
-    moves: Moves, chances: Any, later: Any, now: Any, first: int, last: int, cells: Any, scratch: Any
-) -> None:
-    """The predators' best joint action."""
-    n_predators, n_cells, n_actions = len(cells), moves.cell.shape[0], moves.cell.shape[1]
-    actions = scratch[1, :, 0]
-    n_joint = n_actions**n_predators
-    for key in range(first, last):
-        if not _cells_of(key, n_cells, cells):
-            now[key] = 1.0
-            continue
-        most = 0.0
-        for joint in range(n_joint):
-            digits = joint
-            for i in range(n_predators):
-                actions[i] = digits % n_actions
-                digits //= n_actions
-            total = 0.0
-            for prey_action in range(moves.cell.shape[2]):
-                chance = chances[key, 0, prey_action]
-                if chance > 0.0:
-                    total += chance * _after(moves, cells, actions, prey_action, later)
-            most = max(most, total)
-        now[key] = most
+@rule
+def _chance(game: Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
+    """Of a joint action of the fixed side."""
+    chance = 1.0
+    for i in range(len(joint)):
+        chance *= chances[i if predators_fixed else game.prey[i], joint[i]]
+        if chance == 0.0:
+            break
+    return chance
+
+
+@rule
+def _copy(joint: Any, actions: Any, first: int) -> None:
+    """Give a joint action to those who take it, from the ``first`` of them on."""
+    for i in range(len(joint)):
+        actions[first + i] = joint[i]

@@ -2,60 +2,78 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from math import factorial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from esp_trainer.evaluation.fused import cores
 from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
-from esp_trainer.exact.states import Moves, States, moves_of, states_of
+from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen_from, states_of, turns_of
+from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
 
-_PART = 2048  # states a thread takes at a time
+_PART = 1024  # states a thread takes at a time
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The game of ``n_predators`` against one prey, solved for every number of steps left.
+    """The game of a world, solved for every number of steps left.
 
-    The predators win 1 if they catch the prey in time, and choose together; the prey wins what they do not.
+    The predators win the number of prey that they catch in time, and choose together; so do the prey, who lose it.
     """
 
     config: EnvConfig
     states: States
-    moves: Moves
+    turns: tuple[Moves, ...]
+    """Of a time step: one, or two where the prey move first."""
     values: np.ndarray
-    """What the predators win under optimal play: float64 ``(horizon + 1, n_states)``, by steps left and state."""
+    """What the predators win under optimal play: float64 ``(horizon * len(turns) + 1, n_states)``, by turns left and
+    state."""
 
     @property
     def horizon(self) -> int:
         """The longest game that is solved, in steps."""
-        return len(self.values) - 1
+        return (len(self.values) - 1) // len(self.turns)
 
     def value(self, cells: np.ndarray, steps: int) -> np.ndarray:
-        """Of states given by the predators' cells ``(..., n_predators)``, none of them the prey's."""
-        return np.asarray(self.values[steps, self.states.number[keys(cells, self.config.size)]])
+        """How many prey are caught from states in which all are free: int cells ``size * x + y`` of all agents,
+        ``(..., n_agents)``; no predator is in a prey's.
+        """
+        size, first = self.config.size, self.config.n_predators
+        x, y = np.divmod(cells, size)
+        seen = (x - x[..., first, None]) % size * size + (y - y[..., first, None]) % size
+        keys = np.delete(seen, first, axis=-1) @ (size**2) ** np.arange(self.config.n_agents - 1)[::-1]
+        return np.asarray(self.values[steps * len(self.turns), self.states.number[self.states.first_key[-2] + keys]])
 
+    def save(self, path: Path | str) -> None:
+        """Write the values to a file; the rest follows from the world."""
+        write_arrays(Path(path), "solved game", {"env": self.config.model_dump()}, {"values": self.values})
 
-def keys(cells: np.ndarray, size: int) -> np.ndarray:
-    """The places of states among all, from the predators' cells ``(..., n_predators)``."""
-    n_predators = cells.shape[-1]
-    return np.asarray(cells @ (size**2) ** np.arange(n_predators)[::-1])
+    @classmethod
+    def load(cls, path: Path | str) -> Solution:
+        """Read what :meth:`save` wrote; :class:`~esp_trainer.files.DamagedFileError` if it is not that."""
+        header, arrays = read_arrays(Path(path), "solved game")
+        config = EnvConfig(**header["env"])
+        check_memory(memory_needed(config, 0))
+        states, values = states_of(config.size, config.n_predators, config.n_prey), arrays["values"]
+        if values.shape[1:] != (len(states.cells),):
+            raise DamagedFileError(f"{path} is damaged: it must hold {len(states.cells)} states, got {values.shape[1]}")
+        return cls(config, states, turns_of(config), values)
 
 
 def memory_needed(config: EnvConfig, horizon: int) -> int:
-    """Bytes, at most, that :func:`solve` takes."""
-    n_keys = (config.size**2) ** config.n_predators
-    # The number of every key, some 40 keys a state with three predators, and each state's cells and values.
-    n_states = n_keys // (8 * factorial(config.n_predators)) + config.size**config.n_predators
-    return int(4 * n_keys + n_states * (4 * config.n_predators + 8 * (horizon + 1)))
+    """Bytes, at most or nearly so, that :func:`solve` takes."""
+    size, n_predators = config.size, config.n_predators
+    n_turns = horizon * (2 if config.move_order == "prey_first" else 1)
+    a_state = 8 * (n_turns + 1) + 8 * config.n_agents
+    games = range(1, config.n_prey + 1)
+    return sum(4 * n_keys(size, n_predators, n) + a_state * about_n_states(size, n_predators, n) for n in games)
 
 
 def check_memory(n_bytes: int) -> None:
@@ -68,105 +86,173 @@ def check_memory(n_bytes: int) -> None:
 
 
 def solve(
-    config: EnvConfig, horizon: int, watch: Callable[[int], object] = lambda _: None, threads: int | None = None
+    config: EnvConfig, horizon: int, watch: Callable[[float], object] = lambda _: None, threads: int | None = None
 ) -> Solution:
-    """Solve the game of a world with one prey.
+    """Solve the game of a world.
 
     Args:
         config: The world; its time limit does not matter.
         horizon: For up to so many steps left.
-        watch: Called with the number of steps left that has been solved.
+        watch: Called with the share of the positions that are solved, now and then.
         threads: How many to use; by default one for each core.
 
     Raises:
         MemoryError: More is needed than is free.
-        ValueError: There is more than one prey.
+        ArithmeticError: Rounding has spoilt positions beyond repair.
     """
-    if config.n_prey != 1:
-        raise ValueError(f"only games with one prey can be solved, got {config.n_prey}")
     check_memory(memory_needed(config, horizon))
-    states, moves = states_of(config.size, config.n_predators), moves_of(config)
-    values = np.zeros((horizon + 1, len(states.cells)))
-    n_joint = config.n_predator_actions**config.n_predators
-    turns = config.move_order == "prey_first"
-
-    def part(steps: int, first: int) -> None:
-        work = make_workspace(n_joint, config.n_prey_actions)
-        last = min(first + _PART, len(states.cells))
-        _back_up(states, moves, values[steps - 1], values[steps], first, last, turns, work)
-
+    states, turns = states_of(config.size, config.n_predators, config.n_prey), turns_of(config)
+    values = np.zeros((horizon * len(turns) + 1, len(states.cells)))
+    parts = list(_parts(states))
     with ThreadPoolExecutor(threads or cores()) as pool:
-        for steps in range(1, horizon + 1):
-            list(pool.map(part, [steps] * len(states.cells), range(0, len(states.cells), _PART)))
-            if np.isnan(values[steps]).any():
-                raise ArithmeticError(f"no equilibrium was found of {np.isnan(values[steps]).sum()} positions")
-            watch(steps)
-    return Solution(config, states, moves, values)
+        for left in range(1, len(values)):
+            moves, later, now = turns[-left % len(turns)], values[left - 1], values[left]
+
+            def solve_part(part: range, moves: Moves = moves, later: Any = later, now: Any = now) -> int:
+                n_prey = int(np.searchsorted(states.first, part.start, side="right"))
+                _back_up(states, moves, later, now, part.start, part.stop, make_room(config.n_predators, n_prey, moves))
+                return len(part)
+
+            done = (left - 1) * len(states.cells)
+            for part in pool.map(solve_part, parts):
+                done += part
+                watch(done / (len(states.cells) * (len(values) - 1)))
+            if np.isnan(now).any():
+                raise ArithmeticError(f"no equilibrium was found of {np.isnan(now).sum()} positions")
+    return Solution(config, states, turns, values)
+
+
+def _parts(states: States) -> Iterator[range]:
+    """The states in portions with equally many prey left."""
+    for first, last in zip(states.first[:-1].tolist(), states.first[1:].tolist(), strict=True):
+        for begin in range(first, last, _PART):
+            yield range(begin, min(begin + _PART, last))
+
+
+class Room(NamedTuple):
+    """What the game of a position is worked out in, with so many prey left."""
+
+    work: Workspace
+    seen: Any
+    """int64 ``(n_prey, n_agents)``: everybody's cell, seen from each prey."""
+    actions: Any
+    """int64 ``(n_agents,)``."""
+
+
+def make_room(n_predators: int, n_prey: int, moves: Moves) -> Room:
+    """Each thread needs its own."""
+    n_agents = n_predators + n_prey
+    work = make_workspace(moves.cell.shape[1] ** n_predators, moves.cell.shape[2] ** n_prey)
+    return Room(work, np.zeros((n_prey, n_agents), np.int64), np.zeros(n_agents, np.int64))
 
 
 @entry_point
-def _back_up(
-    states: States, moves: Moves, later: Any, now: Any, first: int, last: int, turns: bool, work: Workspace
-) -> None:
-    """The values of some states, from those with one step less."""
+def _back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last: int, room: Room) -> None:
+    """The values of some states, from those with a turn less."""
     for state in range(first, last):
-        fill_payoffs(states.cells[state], states, moves, later, work)
-        now[state] = best_answer(work.payoffs) if turns else equilibrium(work)
+        fill_payoffs(states.cells[state], states, moves, later, room)
+        now[state] = equilibrium(room.work)
 
 
 @rule
-def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, work: Workspace) -> None:
-    """The matrix game of one state: what predators win by their joint action, whose digits are theirs, the first
-    predator's the highest, and by the prey's.
+def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, room: Room) -> None:
+    """The matrix game of a state: what predators win by their joint action, and by the prey's. The digits of a joint
+    action are the agents' own, the first one's the highest.
     """
-    n_predators, n_cells = len(cells), moves.cell.shape[0]
-    n_actions, n_prey_actions = moves.cell.shape[1:]
-    for joint in range(work.payoffs.shape[0]):
-        for prey_action in range(n_prey_actions):
-            digits, place, key, caught = joint, 1, 0, False
-            for i in range(n_predators):
-                predator = n_predators - 1 - i
-                action = digits % n_actions
-                digits //= n_actions
-                caught |= moves.caught[cells[predator], action, prey_action]
-                key += place * moves.cell[cells[predator], action, prey_action]
-                place *= n_cells
-            work.payoffs[joint, prey_action] = 1.0 if caught else later[states.number[key]]
+    n_prey, n_agents = room.seen.shape
+    n_predators = n_agents - n_prey
+    look_round(cells, moves.size, room.seen)
+    for column in range(room.work.payoffs.shape[1]):
+        take_apart(column, moves.cell.shape[2], room.actions, n_predators, n_agents)
+        for row in range(room.work.payoffs.shape[0]):
+            take_apart(row, moves.cell.shape[1], room.actions, 0, n_predators)
+            left, _, key = after_turn(room.seen, room.actions, moves)
+            more = later[states.number[states.first_key[left - 1] + key]] if left > 0 else 0.0
+            room.work.payoffs[row, column] = n_prey - left + more
 
 
 @rule
-def best_answer(payoffs: Any) -> float:
-    """The value where the prey moves first and is seen: the least over its actions of the most over the predators'."""
-    value = 2.0
-    for column in range(payoffs.shape[1]):
-        most = 0.0
-        for row in range(payoffs.shape[0]):
-            most = max(most, payoffs[row, column])
-        value = min(value, most)
-    return value
+def look_round(cells: Any, size: int, seen: Any) -> None:
+    """Everybody's cell, seen from each prey."""
+    n_prey, n_agents = seen.shape
+    for prey in range(n_prey):
+        for i in range(n_agents):
+            seen[prey, i] = seen_from(cells[i], cells[n_agents - n_prey + prey], size)
+
+
+@rule
+def take_apart(joint: int, n_actions: int, actions: Any, first: int, last: int) -> None:
+    """A joint action's digits, to the actions of some agents."""
+    for i in range(last - 1, first - 1, -1):
+        actions[i] = joint % n_actions
+        joint //= n_actions
+
+
+@rule
+def after_turn(seen: Any, actions: Any, moves: Moves) -> tuple[int, int, int]:
+    """How many prey are free after a turn, which, as bits, and the key of the state that they and the predators are in
+    then.
+    """
+    n_prey, n_agents = seen.shape
+    n_predators, n_cells = n_agents - n_prey, moves.size * moves.size
+    left, free, first = 0, 0, 0
+    for prey in range(n_prey - 1, -1, -1):
+        escapes = 1
+        for i in range(n_predators):
+            if moves.caught[seen[prey, i], actions[i], actions[n_predators + prey]]:
+                escapes = 0
+        if escapes:
+            first = prey
+        left += escapes
+        free = free << 1 | escapes
+    flight, key = actions[n_predators + first], 0
+    for i in range(n_predators):
+        key = key * n_cells + moves.cell[seen[first, i], actions[i], flight]
+    for prey in range(first + 1, n_prey):
+        if free >> prey & 1:
+            cell = moves.apart[seen[first, n_predators + prey], actions[n_predators + prey], flight]
+            key = key * n_cells + cell
+    return left, free, key
 
 
 def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
-    """Mean value over all starts, and over those with 0, 1, 2, ... predators at an even distance from the prey."""
-    number = solution.states.number
-    values = np.where(number < 0, 1.0, solution.values[steps, number])
-    return means_by_parity(values, solution.config)
-
-
-def means_by_parity(values: np.ndarray, config: EnvConfig) -> tuple[float, list[float]]:
-    """Means of a number for each key ``(n_keys,)`` over all starts, and by how many predators are at an even distance.
-
-    A start has no predator in the prey's cell; all starts count alike. (The environment places the prey last, so that
-    there starts in which predators share a cell are a little rarer.)
+    """Mean share of the prey that is caught over all starts, and over those with 0, 1, 2, ... predators at an even
+    distance; see :func:`means_by_parity`.
     """
-    size, n_predators = config.size, config.n_predators
-    alone = np.zeros((size**2, 2, 2), np.int64)  # a predator in each cell, and the prey in the first
-    alone[:, 0] = np.stack(np.divmod(np.arange(size**2), size), axis=1)
-    far = distances(alone, config.replace(n_predators=1)).ravel()
-    even, free = far % 2 == 0, far > 0
-    counts, starts = np.zeros(1, int), np.ones(1, bool)
-    for _ in range(n_predators):
-        counts = (counts[:, None] + even).ravel()
-        starts = (starts[:, None] & free).ravel()
-    counts, values = counts[starts], values[starts]
-    return float(values.mean()), [float(values[counts == n].mean()) for n in range(n_predators + 1)]
+    first = solution.states.first[-2]
+    weights = np.bincount(_numbers(solution) + 1)[1:][first:]
+    return _means(solution.values[steps * len(solution.turns), first:], solution, slice(first, None), weights)
+
+
+def means_by_parity(values: np.ndarray, solution: Solution) -> tuple[float, list[float]]:
+    """Means over all starts, and by how many predators are at an even distance, of a share of the prey that is caught.
+
+    A start has no predator in a prey's cell; all starts count alike. (The environment places the prey last, so that
+    there starts in which predators share a cell are a little rarer.) With more prey it counts pairs of a predator and
+    a prey at an even distance; nan stands for numbers of them that cannot be.
+
+    Args:
+        values: How many prey are caught, for each key with all prey free, ``(n_keys,)``.
+        solution: Of the same game.
+    """
+    number = _numbers(solution)
+    return _means(values[number >= 0], solution, number[number >= 0], np.ones(int((number >= 0).sum())))
+
+
+def _numbers(solution: Solution) -> np.ndarray:
+    """Of the states with all prey free."""
+    return np.asarray(solution.states.number[solution.states.first_key[-2] :])
+
+
+def _means(
+    caught: np.ndarray, solution: Solution, states: np.ndarray | slice, weights: np.ndarray
+) -> tuple[float, list[float]]:
+    config, shares = solution.config, caught / solution.config.n_prey
+    places = np.stack(np.divmod(solution.states.cells, config.size), axis=-1)
+    far = distances(places, config)
+    even = (far % 2 == 0).sum(axis=(1, 2))[states]
+    means = [
+        float(np.average(shares[even == n], weights=weights[even == n])) if (even == n).any() else float("nan")
+        for n in range(config.n_predators * config.n_prey + 1)
+    ]
+    return float(np.average(shares, weights=weights)), means

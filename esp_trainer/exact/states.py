@@ -1,14 +1,14 @@
-"""The states of the game of predators and one prey on a small torus: where the predators are, seen from the prey.
+"""The states of the game of predators and prey on a small torus: where everybody is, seen from the first free prey.
 
-A predator's *cell* is the number ``size * dx + dy`` of its offset from the prey. Which predator is where makes no
-difference, and neither does turning or mirroring the torus about the prey: of all states that come to the same, one
-stands for all.
+An agent's *cell* is the number ``size * dx + dy`` of its offset from that prey. Which predator is where makes no
+difference, nor which prey, and neither does turning or mirroring the torus: of all states that come to the same, one
+stands for all. Caught prey are gone, so that a game of two prey goes on as one of one.
 """
 
 from __future__ import annotations
 
-from itertools import permutations
-from math import comb
+from itertools import permutations, product
+from math import comb, factorial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,113 +16,180 @@ import numpy as np
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig, Rules
 from predprey_env.dynamics import World, predators_turn, prey_turn, step
+from predprey_env.torus import wrap
+
+EVERYBODY, PREY, PREDATORS = range(3)
+"""Whose turn it is."""
 
 
 class Moves(NamedTuple):
-    """What becomes of a predator in a step, by its cell, its action and the prey's: ``(n_cells, n_actions, 4)``."""
+    """What a turn makes of a cell, by the action of who is there and by that of the prey from which it is seen. Who
+    does not move in the turn has one action.
+    """
+
+    size: int
+    """Of the torus."""
 
     cell: Any
-    """Its cell afterwards, int32."""
+    """A predator's cell afterwards: int32 ``(n_cells, n_predator_actions, n_prey_actions)``."""
     caught: Any
-    """Whether it has the prey, bool."""
+    """Whether it has the prey, bool likewise."""
+    apart: Any
+    """Another prey's cell afterwards: int32 ``(n_cells, n_prey_actions, n_prey_actions)``."""
 
 
 class States(NamedTuple):
-    """All states, numbered."""
+    """All states, numbered: those in which one prey is left first, then those with two, and so on.
+
+    A *key* is the place of a state among all that have as many prey: the cells of all but the first prey as digits, the
+    predators first.
+    """
 
     cells: Any
-    """The predators' cells in the states that stand for others, ascending: int32 ``(n_states, n_predators)``."""
+    """Everybody's in the states that stand for others, the predators' ascending, that of the first prey 0: int32
+    ``(n_states, n_agents)``; -1 for who is caught."""
     number: Any
-    """Which of them stands for each: int32 ``(n_cells ** n_predators,)``, by the predators' cells as digits."""
+    """Which of them stands for each: int32, one game's keys after the other's; -1 where a predator has a prey."""
+    first_key: Any
+    """Where the keys with 1, 2, ... prey begin in ``number``, and how long it is: int64 ``(n_prey + 1,)``."""
+    first: Any
+    """Likewise the states, int64 ``(n_prey + 1,)``."""
 
 
-def moves_of(config: EnvConfig) -> Moves:
-    """Worked out by the rules of the world themselves. Predators do not get in each other's way, so one is enough."""
-    n_cells, rules = config.size**2, config.replace(n_predators=1, n_prey=1).rules
-    moves = Moves(
-        np.zeros((n_cells, config.n_predator_actions, config.n_prey_actions), np.int32),
-        np.zeros((n_cells, config.n_predator_actions, config.n_prey_actions), np.bool_),
-    )
-    world = World(np.zeros(2, np.int32), np.zeros(2, np.int32), np.ones(1, np.int32))
-    _fill_moves(moves, rules, world, np.zeros(2, np.int32))
+def turns_of(config: EnvConfig) -> tuple[Moves, ...]:
+    """The turns of a time step, one after the other."""
+    turns = (PREY, PREDATORS) if config.move_order == "prey_first" else (EVERYBODY,)
+    return tuple(_moves_of(config, turn) for turn in turns)
+
+
+def _moves_of(config: EnvConfig, turn: int) -> Moves:
+    """Worked out by the rules of the world themselves, for two agents at a time, as no others get in their way."""
+    n_cells, rules = config.size**2, config.rules
+    n_actions = 1 if turn == PREY else config.n_predator_actions
+    n_prey_actions = 1 if turn == PREDATORS else config.n_prey_actions
+    hunt, flight = (n_cells, n_actions, n_prey_actions), (n_cells, n_prey_actions, n_prey_actions)
+    moves = Moves(config.size, np.zeros(hunt, np.int32), np.zeros(hunt, np.bool_), np.zeros(flight, np.int32))
+    world = World(np.zeros(2, np.int32), np.zeros(2, np.int32), np.ones(2, np.int32))
+    actions, nobody = np.zeros(2, np.int32), np.zeros(flight, np.bool_)
+    _fill_moves(moves.cell, moves.caught, turn, rules._replace(n_predators=1, n_prey=1), world, actions)
+    _fill_moves(moves.apart, nobody, turn, rules._replace(n_predators=0, n_prey=2), world, actions)
     return moves
 
 
 @entry_point
-def _fill_moves(moves: Moves, rules: Rules, world: World, actions: Any) -> None:
+def _fill_moves(after: Any, caught: Any, turn: int, rules: Rules, world: World, actions: Any) -> None:
+    """Of an agent in each cell, seen from a prey, the second agent."""
     size = rules.size
-    for cell in range(moves.cell.shape[0]):
-        for action in range(moves.cell.shape[1]):
-            for prey_action in range(moves.cell.shape[2]):
+    for cell in range(after.shape[0]):
+        for action in range(after.shape[1]):
+            for prey_action in range(after.shape[2]):
                 world.x[0], world.y[0], world.x[1], world.y[1] = cell // size, cell % size, 0, 0
-                world.alive[0] = 1
+                world.alive[:] = 1
                 actions[0], actions[1] = action, prey_action
-                if rules.prey_first:
-                    prey_turn(world, actions, rules)
-                    predators_turn(world, actions, rules)
-                else:
+                if turn == EVERYBODY:
                     step(world, actions, rules)
-                dx, dy = (world.x[0] - world.x[1]) % size, (world.y[0] - world.y[1]) % size
-                moves.cell[cell, action, prey_action] = dx * size + dy
-                moves.caught[cell, action, prey_action] = world.alive[0] == 0
+                elif turn == PREY:
+                    prey_turn(world, actions, rules)
+                else:
+                    predators_turn(world, actions, rules)
+                dx, dy = wrap(world.x[0] - world.x[1], size), wrap(world.y[0] - world.y[1], size)
+                after[cell, action, prey_action] = dx * size + dy
+                caught[cell, action, prey_action] = world.alive[rules.n_prey - 1] == 0
 
 
-def states_of(size: int, n_predators: int) -> States:
-    """Every state in which the prey is free; those with a predator in its cell have the number -1."""
-    n_cells = size * size
-    number = np.full(n_cells**n_predators, -1, np.int32)
-    orders = np.array(list(permutations(range(n_predators))), np.int32)
-    cells = np.zeros((_count(n_cells, n_predators), n_predators), np.int32)
-    place = np.ones(n_predators, np.int32)
-    n_states = _number(States(cells, number), symmetries(size), orders, place, place.copy())
-    return States(cells[:n_states].copy(), number)
+def n_keys(size: int, n_predators: int, n_prey: int) -> int:
+    """How many keys there are with so many prey left."""
+    return int((size * size) ** (n_predators + n_prey - 1))
+
+
+def about_n_states(size: int, n_predators: int, n_prey: int) -> int:
+    """Somewhat more than there are states with so many prey left: those that look like themselves add to the share."""
+    images = 8 * factorial(n_predators) * factorial(n_prey)
+    return int(n_keys(size, n_predators, n_prey) // images + size ** (n_predators + n_prey - 1))
+
+
+def states_of(size: int, n_predators: int, n_prey: int = 1) -> States:
+    """Every state in which no predator has a prey."""
+    keys = np.cumsum([0, *(n_keys(size, n_predators, left) for left in range(1, n_prey + 1))])
+    number = np.full(keys[-1], -1, np.int32)
+    first, cells = [0], []
+    for left in range(1, n_prey + 1):
+        n_agents = n_predators + left
+        room = np.zeros((_count(size * size, n_predators, left), n_agents), np.int32)
+        orders = [(*a, *(n_predators + np.array(b))) for a, b in product(*map(_orders, (n_predators, left)))]
+        scratch = np.zeros((2, n_agents), np.int32)
+        of_game = number[keys[left - 1] : keys[left]]
+        all_orders = np.array(orders, np.int32)
+        found = _number(of_game, room, first[-1], size, symmetries(size), all_orders, n_predators, scratch)
+        cells.append(np.pad(room[:found], ((0, 0), (0, n_prey - left)), constant_values=-1))
+        first.append(first[-1] + found)
+    return States(np.concatenate(cells), number, keys.astype(np.int64), np.array(first, np.int64))
+
+
+def _orders(n: int) -> list[tuple[int, ...]]:
+    return list(permutations(range(n)))
 
 
 def symmetries(size: int) -> np.ndarray:
-    """Where turning and mirroring about the prey takes each cell, int32 ``(8, n_cells)``."""
+    """Where turning and mirroring about the first prey takes each cell, int32 ``(8, n_cells)``."""
     dx, dy = np.divmod(np.arange(size * size), size)
     images = [(a * dx, b * dy) for a in (1, -1) for b in (1, -1)]
     images += [(y, x) for x, y in images]
     return np.array([(x % size) * size + y % size for x, y in images], np.int32)
 
 
-def _count(n_cells: int, n_predators: int) -> int:
-    """Ways for predators that look alike to stand on cells other than the prey's: more than there are states."""
-    return comb(n_cells - 2 + n_predators, n_predators)
+def _count(n_cells: int, n_predators: int, n_prey: int) -> int:
+    """States in which one order of the predators stands for all: more than there are."""
+    return int(comb(n_cells + n_predators - 1, n_predators) * n_cells ** (n_prey - 1))
 
 
 @rule
-def key_of(cells: Any, n_cells: int) -> int:
-    """A state's place among all: its cells as digits."""
-    key = 0
-    for i in range(len(cells)):
-        key = key * n_cells + cells[i]
-    return key
+def seen_from(cell: int, origin: int, size: int) -> int:
+    """A cell, seen from an agent in another instead of from the first prey."""
+    dx = wrap(cell // size - origin // size, size)
+    return dx * size + wrap(cell % size - origin % size, size)  # type: ignore[no-any-return]
+
+
+@rule
+def read_key(key: int, n_cells: int, n_predators: int, cells: Any) -> bool:
+    """A key's digits, with the first prey's cell, 0, among them; whether no predator has a prey there."""
+    for i in range(len(cells) - 1, -1, -1):
+        cells[i] = 0
+        if i != n_predators:
+            cells[i] = key % n_cells
+            key //= n_cells
+    for i in range(n_predators):
+        for prey in range(n_predators, len(cells)):
+            if cells[i] == cells[prey]:
+                return False
+    return True
 
 
 @entry_point
-def _number(states: States, symmetries: Any, orders: Any, place: Any, image: Any) -> int:
-    """Number the states in the order in which the first of each kind is met; returns how many there are.
+def _number(
+    number: Any, cells: Any, first: int, size: int, symmetries: Any, orders: Any, n_predators: int, scratch: Any
+) -> int:
+    """Number the states with so many prey left, from ``first`` on, in the order in which the first of each kind is met;
+    returns how many there are.
 
-    ``place``, which comes with the first of all states, and ``image`` are int32 ``(n_predators,)`` to work in.
+    ``orders`` are of all agents, ``scratch`` is int32 ``(2, n_agents)``.
     """
-    n_cells, n_predators = symmetries.shape[1], len(place)
-    found = 0
-    while True:
-        if states.number[key_of(place, n_cells)] < 0:
+    n_cells, n_agents, found = symmetries.shape[1], scratch.shape[1], 0
+    place, image = scratch[0], scratch[1]
+    for key in range(len(number)):
+        if number[key] >= 0 or not read_key(key, n_cells, n_predators, place):
+            continue
+        for order in range(len(orders)):
+            origin = place[orders[order, n_predators]]
+            for i in range(n_agents):
+                image[i] = seen_from(place[orders[order, i]], origin, size)
             for symmetry in range(len(symmetries)):
-                for order in range(len(orders)):
-                    for i in range(n_predators):
-                        image[i] = symmetries[symmetry, place[orders[order, i]]]
-                    states.number[key_of(image, n_cells)] = found
-            for i in range(n_predators):
-                states.cells[found, i] = place[i]
-            found += 1
-        last = n_predators - 1
-        while last >= 0 and place[last] == n_cells - 1:
-            last -= 1
-        if last < 0:
-            return found
-        following = place[last] + 1
-        for i in range(last, n_predators):
-            place[i] = following
+                like = 0
+                for i in range(n_agents):
+                    if i != n_predators:
+                        like = like * n_cells + symmetries[symmetry, image[i]]
+                number[like] = first + found
+        for i in range(n_agents):
+            cells[found, i] = place[i]
+        found += 1
+    return found

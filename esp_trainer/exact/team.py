@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
-from esp_trainer.exact.solution import Solution, fill_payoffs
+from esp_trainer.exact.matrix_game import equilibrium
+from esp_trainer.exact.solution import Room, Solution, fill_payoffs, make_room
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
 from predprey_env.compilation import entry_point
@@ -15,10 +15,11 @@ from predprey_env.policies.names import PREFIXES, agent_number, other_team
 
 
 class OptimalTeam:
-    """Plays one side of a solved game of simultaneous moves, optimally.
+    """Plays one side of a solved game, optimally.
 
-    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. Predators draw their joint action, so
-    they must be asked together, as :func:`predprey_env.parallel_env` and :func:`predprey_env.team_view` do. What is
+    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. A team draws its joint action, so all
+    of it must be asked together, once a step; :func:`predprey_env.team_view`, :func:`predprey_env.vector_env` and most
+    loops over :func:`predprey_env.parallel_env` do. Where teams move in turns it must be asked in its own only. What is
     drawn follows from the seed. The equilibrium is worked out anew for each position, from the values of the next.
 
     Args:
@@ -30,14 +31,18 @@ class OptimalTeam:
     def __init__(self, role: Role, solution: Solution, n_steps: int | None = None) -> None:
         config = solution.config
         self.n_steps = config.max_cycles if n_steps is None else n_steps
-        if config.move_order != "simultaneous":
-            raise ValueError(f"optimal teams play games of simultaneous moves, got {config.move_order}")
         if solution.horizon < self.n_steps:
             raise ValueError(f"the game must be solved for {self.n_steps} steps, got {solution.horizon}")
         self.role = role
         self.solution = solution
-        self._work = make_workspace(config.n_predator_actions**config.n_predators, config.n_prey_actions)
+        self.turn = 0 if role == "prey" else len(solution.turns) - 1
+        """Which of a step's turns it moves in."""
+        self._rooms = [make_room(config.n_predators, n, solution.turns[self.turn]) for n in range(1, config.n_prey + 1)]
         self.reset()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> OptimalTeam:
+        """The same player at another board: many worlds share the solution."""
+        return OptimalTeam(self.role, self.solution, self.n_steps)
 
     def reset(self, seed: int | None = None) -> None:
         """Start an episode. Both sides may be given the same seed, and draw apart nevertheless."""
@@ -45,40 +50,56 @@ class OptimalTeam:
         self._steps_left = self.n_steps
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent of the team, from the offsets that they see."""
-        seen = {agent: view for agent, view in observations.items() if not agent.startswith(self._others)}
-        if not seen:
+        """An action for each agent of the team, from the offsets that they see; of a caught prey it means nothing."""
+        others = PREFIXES[other_team(self.role)]
+        names = {agent_number(agent): agent for agent in observations if not agent.startswith(others)}
+        if not names:
             return {}
-        rows, columns = self.strategies(self.cells(seen), self._steps_left)
-        self._steps_left = max(1, self._steps_left - 1)
-        if self.role == "prey":
-            return dict.fromkeys(seen, self._draw(columns))
-        n_predators, n_actions = self.solution.config.n_predators, self.solution.config.n_predator_actions
-        joint = np.unravel_index(self._draw(rows), (n_actions,) * n_predators)
-        return {agent: int(joint[agent_number(agent)]) for agent in seen}
+        steps_left, self._steps_left = self._steps_left, max(1, self._steps_left - 1)
+        cells, prey = self.position({number: observations[agent] for number, agent in names.items()})
+        actions = dict.fromkeys(names, 0)
+        if prey:
+            who = range(self.solution.config.n_predators) if self.role == "predators" else prey
+            rows, columns = self.strategies(cells, steps_left)
+            chances, n_actions = (rows if self.role == "predators" else columns), self._n_actions
+            joint = np.unravel_index(self._draw(chances), (n_actions,) * len(who))
+            actions |= dict(zip(who, map(int, joint), strict=True))
+        return {names[number]: action for number, action in actions.items()}
 
     def strategies(self, cells: np.ndarray, steps_left: int) -> tuple[np.ndarray, np.ndarray]:
-        """Chances of the predators' joint actions and of the prey's actions in a state, by the predators' cells."""
+        """Chances of the predators' joint actions and of the prey's, when it is the team's turn: by the cells
+        ``size * x + y`` of the predators and of the free prey.
+        """
         solution = self.solution
-        _strategies(cells, solution.states, solution.moves, solution.values[steps_left - 1], self._work)
-        return self._work.rows, self._work.columns
+        room = self._rooms[len(cells) - solution.config.n_predators - 1]
+        later = solution.values[steps_left * len(solution.turns) - self.turn - 1]
+        if np.isnan(_solve(np.asarray(cells, np.int64), solution.states, solution.turns[self.turn], later, room)):
+            raise ArithmeticError(f"no equilibrium was found where predators and prey are in cells {cells}")
+        return room.work.rows, room.work.columns
+
+    def position(self, seen: dict[int, np.ndarray]) -> tuple[np.ndarray, list[int]]:
+        """Where the predators and the free prey are, as cells seen from one of them, and which prey are free, from what
+        each agent of the team sees.
+        """
+        config = self.solution.config
+        views = {number: np.asarray(view).reshape(-1, 2).astype(np.int64) for number, view in seen.items()}
+        if self.role == "prey":
+            free = [number for number in sorted(views) if views[number].any()]
+            # The prey as the first predator sees them.
+            prey = [-views[number][0] for number in free]
+            predators = [offset + prey[0] for offset in views[free[0]]] if free else []
+        else:
+            if len(views) != config.n_predators:
+                raise ValueError(f"optimal predators must be asked all {config.n_predators} at once, got {len(views)}")
+            free = [number for number in range(config.n_prey) if views[0][number].any()]
+            prey = [views[0][number] for number in free]
+            predators = [prey[0] - views[i][free[0]] for i in range(config.n_predators)] if free else []
+        x, y = np.array([*predators, *prey], np.int64).reshape(-1, 2).T % config.size
+        return x * config.size + y, free
 
     @property
-    def _others(self) -> str:
-        return PREFIXES[other_team(self.role)]
-
-    def cells(self, seen: dict[str, np.ndarray]) -> np.ndarray:
-        """Where the predators are, seen from the prey."""
-        config = self.solution.config
-        if self.role == "prey":
-            (view,) = seen.values()
-            offsets = np.asarray(view).reshape(-1, 2)
-        else:
-            if len(seen) != config.n_predators:
-                raise ValueError(f"optimal predators must be asked all {config.n_predators} at once, got {len(seen)}")
-            offsets = -np.stack([seen[agent] for agent in sorted(seen, key=agent_number)])
-        x, y = offsets.astype(np.int64).T % config.size
-        return np.asarray(x * config.size + y, np.int32)
+    def _n_actions(self) -> int:
+        return self.solution.config.team(self.role).n_actions
 
     def _draw(self, chances: np.ndarray) -> int:
         """An index, with those chances."""
@@ -87,6 +108,6 @@ class OptimalTeam:
 
 
 @entry_point
-def _strategies(cells: Any, states: States, moves: Moves, later: Any, work: Workspace) -> None:
-    fill_payoffs(cells, states, moves, later, work)
-    equilibrium(work)
+def _solve(cells: Any, states: States, moves: Moves, later: Any, room: Room) -> float:
+    fill_payoffs(cells, states, moves, later, room)
+    return equilibrium(room.work)

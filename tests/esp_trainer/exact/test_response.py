@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import product
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -12,16 +12,18 @@ import pytest
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.team import Team, pick
-from esp_trainer.exact.chances import chances, views
+from esp_trainer.exact.chances import chances, survivors, views
 from esp_trainer.exact.response import best_response, exploitability
 from esp_trainer.exact.solution import solve
-from esp_trainer.exact.states import moves_of
 from esp_trainer.types import ROLES, Role, ScriptedTeams
 from predprey_env import predprey_v0
 from predprey_env.config import EnvConfig
 from predprey_env.policies import ScriptedTeam
 
-SMALL = EnvConfig(size=3, n_predators=2, n_prey=1)
+Cells: TypeAlias = tuple[int, ...]
+Free: TypeAlias = tuple[tuple[int, int], ...]
+"""The prey that are free, and their cells."""
+
 MEDIUM = EnvConfig(size=5, n_prey=1)
 
 
@@ -35,56 +37,118 @@ def team(role: Role, env: EnvConfig, **side: Any) -> Team:
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_views_are_what_the_environment_shows(role: Role) -> None:
+@pytest.mark.parametrize("n_prey", [1, 2])
+def test_views_are_what_the_environment_shows(role: Role, n_prey: int) -> None:
     for size in (3, 4):
-        config = EnvConfig(size=size, n_predators=2, n_prey=1)
+        config = EnvConfig(size=size, n_predators=2, n_prey=n_prey)
         env, seen = predprey_v0.parallel_env(**config.model_dump()), views(config, role)
-        for key, cells in enumerate(product(range(size * size), repeat=2)):
-            if 0 in cells:
+        keys = survivors(config)[-1].keys
+        for state, cells in zip(seen[keys], product(range(size * size), repeat=1 + n_prey), strict=True):
+            if {0, *cells[2:]} & set(cells[:2]):
                 continue
-            starts = np.array([*(divmod(cell, size) for cell in cells), (0, 0)])
+            starts = np.array([divmod(cell, size) for cell in (*cells[:2], 0, *cells[2:])])
             observations, _ = env.reset(seed=0, options={"starts": starts})
             own = [agent for agent in env.possible_agents if agent.startswith(role[:4])]
-            for row, agent in enumerate(own):
-                assert seen[key, row].tolist() == observations[agent].tolist()
+            assert state.tolist() == [observations[agent].tolist() for agent in own]
 
 
-def plain_response(fixed: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> np.ndarray:
+def test_caught_prey_are_seen_as_the_environment_shows_them() -> None:
+    config = EnvConfig(size=4, n_predators=1)
+    env = predprey_v0.parallel_env(**config.model_dump())
+    env.reset(seed=0, options={"starts": np.array([[0, 0], [0, 2], [2, 1]])})
+    observations, *_ = env.step({"predator_0": 2, "prey_0": 3, "prey_1": 0})  # both at (0, 1); the other at (3, 1)
+    first, second, _ = survivors(config)
+    assert (first.prey, second.prey) == ((0,), (1,))
+    key = 1 * 4 + 0  # the predator is one to the east of the prey that is free
+    for role, agents in (("predators", ["predator_0"]), ("prey", ["prey_0", "prey_1"])):
+        shown = [observations[agent].tolist() for agent in agents]
+        assert views(config, role)[second.keys][key].tolist() == shown  # type: ignore[arg-type]
+    assert observations["predator_0"].tolist() == [0, 0, -1, 0]
+
+
+WAYS = ((1, 0), (-1, 0), (0, 1), (0, -1), (0, 0))
+
+
+class PlainResponse:
     """The same as :func:`best_response`, without any cleverness."""
-    moves, n_cells, n = moves_of(config), config.size**2, config.n_predators
-    joints = list(product(range(config.n_predator_actions), repeat=n))
 
-    @cache
-    def value(cells: tuple[int, ...], steps: int) -> float:
-        if 0 in cells:
-            return 1.0
-        if steps == 0:
+    def __init__(self, fixed: np.ndarray, role: Role, config: EnvConfig) -> None:
+        self.fixed, self.role, self.config = fixed, role, config
+        self.in_turns = config.move_order == "prey_first"
+        self.joints = list(product(range(config.n_predator_actions), repeat=config.n_predators))
+        self.begins = {game.prey: game.keys.start for game in survivors(config)}
+        self.value = cache(self._value)
+
+    def __call__(self, horizon: int) -> list[float]:
+        """For the states in which all prey are free."""
+        n, cells = self.config.n_predators, range(self.config.size**2)
+        starts = product(cells, repeat=self.config.n_agents - 1)
+        return [
+            self.value(start[:n], ((0, 0), *enumerate(start[n:], 1)), horizon)
+            for start in starts
+            if not set(start[:n]) & {0, *start[n:]}
+        ]
+
+    def _value(self, predators: Cells, prey: Free, steps: int) -> float:
+        if steps == 0 or not prey:
             return 0.0
-        key = int(np.ravel_multi_index(cells, (n_cells,) * n))
-        payoffs = np.zeros((len(joints), 4))
-        for (row, joint), b in product(enumerate(joints), range(4)):
-            arrows = list(zip(cells, joint, strict=True))
-            caught = any(moves.caught[cell, action, b] for cell, action in arrows)
-            after = tuple(int(moves.cell[cell, action, b]) for cell, action in arrows)
-            payoffs[row, b] = 1.0 if caught else value(after, steps - 1)
-        if role == "prey":
-            return float((payoffs @ fixed[key, 0]).max())
-        weights = [np.prod([fixed[key, i, action] for i, action in enumerate(joint)]) for joint in joints]
-        return float((np.array(weights) @ payoffs).min())
+        table: dict[Cells, dict[Cells, float]] = {}
+        for flights in product(range(4), repeat=len(prey)):
+            fled = tuple((who, self._go(cell, action)) for (who, cell), action in zip(prey, flights, strict=True))
+            if self.in_turns:
+                fled = _free_of(predators, fled)
+            for joint in self.joints:
+                hunters = tuple(map(self._go, predators, joint))
+                left = _free_of(hunters, fled)
+                worth = len(prey) - len(left) + self.value(hunters, left, steps - 1)
+                if self.role == "prey":
+                    table.setdefault(joint, {})[flights] = self._chance(predators, prey, flights) * worth
+                else:
+                    shown = fled if self.in_turns else prey
+                    table.setdefault(flights, {})[joint] = self._chance(predators, shown, joint) * worth
+        if self.role == "predators":
+            return min(sum(row.values()) for row in table.values())
+        if self.in_turns:  # the predators answer each flight
+            return sum(max(row[flights] for row in table.values()) for flights in table[self.joints[0]])
+        return max(sum(row.values()) for row in table.values())
 
-    return np.array([value(cells, horizon) for cells in product(range(n_cells), repeat=n)])
+    def _go(self, cell: int, action: int) -> int:
+        (x, y), (east, north), size = divmod(cell, self.config.size), WAYS[action], self.config.size
+        return (x + east) % size * size + (y + north) % size
+
+    def _chance(self, predators: Cells, prey: Free, joint: Cells) -> float:
+        """Of what the fixed side does where everybody is there."""
+        if not prey:  # caught before the predators' turn: all the same
+            return 1 / len(self.joints)
+        size, (x, y) = self.config.size, divmod(prey[0][1], self.config.size)
+        seen = [(c // size - x) % size * size + (c - y) % size for c in (*predators, *(c for _, c in prey[1:]))]
+        key = self.begins[tuple(who for who, _ in prey)] + int(np.ravel_multi_index(seen, (size * size,) * len(seen)))
+        agents = range(len(predators)) if self.role == "predators" else [who for who, _ in prey]
+        return float(np.prod([self.fixed[key, agent, action] for agent, action in zip(agents, joint, strict=True)]))
+
+
+def _free_of(predators: Cells, prey: Free) -> Free:
+    return tuple((who, cell) for who, cell in prey if cell not in predators)
 
 
 @pytest.mark.parametrize("role", ROLES)
 @pytest.mark.parametrize("kind", ["drawn", "certain"])
-def test_best_responses_are_those_of_a_plain_recursion(role: Role, kind: str) -> None:
-    shape = (3**4, *{"predators": (2, 5), "prey": (1, 4)}[role])
+@pytest.mark.parametrize("order", ["simultaneous", "prey_first"])
+@pytest.mark.parametrize(("n_predators", "n_prey"), [(2, 1), (1, 2)])
+def test_best_responses_are_those_of_a_plain_recursion(
+    role: Role, kind: str, order: str, n_predators: int, n_prey: int
+) -> None:
+    config = EnvConfig(size=3, n_predators=n_predators, n_prey=n_prey, move_order=order)  # type: ignore[arg-type]
+    n_agents, n_actions = config.team(role).n_agents, config.team(role).n_actions
+    shape = (survivors(config)[-1].keys.stop, n_agents, n_actions)
     rng = np.random.default_rng(1)
     fixed = rng.dirichlet(np.ones(shape[2]), shape[:2])
     if kind == "certain":
         fixed = np.eye(shape[2])[rng.integers(shape[2], size=shape[:2])]
-    found = best_response(fixed, role, SMALL, 3)
-    assert found == pytest.approx(plain_response(fixed, role, SMALL, 3), abs=1e-12)
+    found = best_response(fixed, role, config, 3)
+    whole = solve(config, 1).states
+    valid = whole.number[whole.first_key[-2] :] >= 0
+    assert found[valid] == pytest.approx(PlainResponse(fixed, role, config)(3), abs=1e-12)
 
 
 @pytest.mark.parametrize("role", ROLES)

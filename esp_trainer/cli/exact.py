@@ -1,0 +1,86 @@
+"""``solve`` and ``exploitability``: optimal play on a torus small enough to know, and how far a policy is from it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from esp_trainer.benchmark.specs import load_candidate
+from esp_trainer.exact.chances import chances
+from esp_trainer.exact.response import best_responses, measured, memory_for_response
+from esp_trainer.exact.solution import Solution, by_parity, check_memory, memory_needed
+from esp_trainer.exact.solution import solve as solve_game
+from esp_trainer.files import check_place
+from esp_trainer.types import Role
+from predprey_env.config import EnvConfig
+
+_WIDTH = 9
+
+
+def solve(config: EnvConfig, out: Path | None) -> int:
+    """Solve the game of a world, say what it is worth, and save it."""
+    if out:
+        check_place(out)
+    horizon = config.max_cycles
+    solution = _solved(config, memory_needed(config, horizon))
+    print(f"{_words(config)}, both sides playing optimally: the share of prey caught")
+    columns = [by_parity(solution, steps) for steps in range(1, horizon + 1)]
+    _tell_heads("within steps", columns[0][1])
+    for steps in sorted({*range(1, horizon, max(1, horizon // 10)), horizon}):
+        _tell(f"{steps}", *columns[steps - 1])
+    if out:
+        solution.save(out)
+        print(f"the solved game is in {out}: {out.stat().st_size / 1e6:,.1f} MB")
+    return 0
+
+
+def exploitability(spec: str, role: Role, config: EnvConfig) -> int:
+    """Solve the game, answer the policy optimally, and say what it loses."""
+    player = load_candidate(spec, role, config).player
+    horizon = config.max_cycles
+    solution = _solved(config, memory_needed(config, horizon) + memory_for_response(config, role))
+    with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="asking the policy") as bar:
+        fixed = chances(player, role, config)
+        bar.set_description("answering it")
+        values = np.empty(0)
+        for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - the last is wanted
+            bar.update()
+    found = measured(values, role, solution, horizon)
+    print(f"{spec}, {role} on {_words(config)}: the share of prey caught")
+    _tell_heads("", found.optimal_by_even)
+    _tell("when both sides play optimally", found.optimal, found.optimal_by_even)
+    _tell("against the best response to this policy", found.exploited, found.exploited_by_even)
+    print(f"exploitability: {found.loss:.3f} of the prey")
+    return 0
+
+
+def _solved(config: EnvConfig, needed: int) -> Solution:
+    check_memory(needed)
+    print(f"some {needed / 1e6:,.0f} MB of memory are needed", file=sys.stderr)
+    plain = not sys.stderr.isatty()
+    with tqdm(
+        total=100, disable=plain, desc="solving", bar_format="{desc} {percentage:3.0f}% |{bar}| {remaining}"
+    ) as bar:
+        return solve_game(config, config.max_cycles, lambda share: bar.update(100 * share - bar.n))
+
+
+def _words(config: EnvConfig) -> str:
+    idle = "" if config.predator_idle else ", predators may not idle"
+    order = ", the prey move first" if config.move_order == "prey_first" else ""
+    teams = f"{config.n_predators} v {config.n_prey}"
+    return f"a torus of {config.size} x {config.size}, {teams}, {config.max_cycles} steps{idle}{order}"
+
+
+def _tell_heads(title: str, by_even: list[float]) -> None:
+    pairs = "".join(f"{n:>{_WIDTH}}" for n, value in enumerate(by_even) if not np.isnan(value))
+    print(f"  {'by predator-prey pairs at an even distance at the start':56}{'all':>{_WIDTH}}{pairs}")
+    if title:
+        print(f"  {title}")
+
+
+def _tell(what: str, mean: float, by_even: list[float]) -> None:
+    cells = "".join(f"{value:>{_WIDTH}.3f}" for value in by_even if not np.isnan(value))
+    print(f"  {what:56}{mean:>{_WIDTH}.3f}{cells}")
