@@ -57,6 +57,7 @@ def test_commands_of_the_readme_exist() -> None:
         "report",
         "watch",
         "exploitability",
+        "solve",
         "teams",
         "benchmark",
     }

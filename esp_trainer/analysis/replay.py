@@ -46,14 +46,16 @@ class Episode:
 def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Episode:
     """Let two policies play the episode of a seed."""
     game = PredPreyEnv(env)
-    observations, _ = game.reset(seed=seed)
+    observations, infos = game.reset(seed=seed)
     predators.reset(seed)
     prey.reset(seed)
     worlds, times = [_world(game)], [0.0]
     while game.agents:
-        hunters = {agent: seen for agent, seen in observations.items() if agent.startswith("predator")}
-        hunted = {agent: seen for agent, seen in observations.items() if agent.startswith("prey")}
-        observations, *_ = game.step({**predators.act(hunters), **prey.act(hunted)})
+        seen = {agent: view for agent, view in observations.items() if infos[agent]["in_turn"]}
+        hunters = {agent: view for agent, view in seen.items() if agent.startswith("predator")}
+        hunted = {agent: view for agent, view in seen.items() if agent.startswith("prey")}
+        actions = {**(predators.act(hunters) if hunters else {}), **(prey.act(hunted) if hunted else {})}
+        observations, _, _, _, infos = game.step(actions)
         worlds.append(_world(game))
         times.append(float(game.state()[-1]) * env.max_cycles)
     return Episode(env, tuple(worlds), tuple(np.round(times, 1).tolist()))

@@ -8,13 +8,15 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import compress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, match
+from esp_trainer.exact.solution import Solution
+from esp_trainer.exact.team import OptimalTeam
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate, in_points
@@ -25,13 +27,19 @@ from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 from predprey_env.policies.scripted import NUMBERS
 from predprey_env.rendering import save_video
 
+_OPTIMAL = "optimal:"
+"""Before the file of a solved game: whoever plays one side of it optimally."""
+_Seat: TypeAlias = Player | Solution
 _LAST_LOOK = 2  # seconds that the end of a video stays
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
     """Print how two teams do against each other."""
+    optimal = next((name for name in (team, against) if name.startswith(_OPTIMAL)), None)
+    if optimal:
+        raise ValueError(f"optimal play is not evaluated but solved: esp-trainer solve says its value; got {optimal}")
     players, env = _pair(team, against)
-    captures = match(players["predators"], players["prey"], env, episodes, seed)
+    captures = match(players["predators"], players["prey"], env, episodes, seed)  # type: ignore[arg-type]
     print(f"{captures.episodes} episodes from held-out starts (seed {seed}), 95% Wilson intervals")
     print(f"  world              {_words(env)}")
     print(f"  prey caught        {captures.caught}")
@@ -99,10 +107,7 @@ def _changes(origin: Mapping[str, Any]) -> list[str]:
 def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Iterable[Path]) -> int:
     """Play one episode as text, or into files that move."""
     players, env = _pair(team, against)
-    policies: dict[Role, Policy] = {
-        role: player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
-        for role, player in players.items()
-    }
+    policies = {role: _policy(player, role, env) for role, player in players.items()}
     if steps.stop <= steps.start:
         raise ValueError(f"--until must be at least --from, got {steps.stop - 1} and {steps.start}")
     episode = play(policies["predators"], policies["prey"], env, seed)
@@ -116,6 +121,12 @@ def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: I
         save_video(_with_last_look(compress(as_pictures(episode, fps), shown), fps), video, fps)
         print(f"{video}: {_outcome(episode, steps)}")
     return 0
+
+
+def _policy(player: _Seat, role: Role, env: EnvConfig) -> Policy:
+    if isinstance(player, Solution):
+        return OptimalTeam(role, player, env.max_cycles)
+    return player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
 
 
 def _print(frames: Iterable[str], fps: int) -> None:
@@ -142,9 +153,9 @@ def _outcome(episode: Episode, steps: range) -> str:
     return f"{caught} of {episode.env.n_prey} prey caught by step {last}; {what}"
 
 
-def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
-    """Both players by role, and the world of the first that was evolved."""
-    players: dict[Role, Player] = {}
+def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
+    """Both players by role, and the world of the first that was evolved or solved."""
+    players: dict[Role, _Seat] = {}
     worlds: list[EnvConfig] = []
     for name in (team, against):
         player = _load(name)
@@ -154,27 +165,37 @@ def _pair(team: str, against: str) -> tuple[dict[Role, Player], EnvConfig]:
         players[role] = player
         if isinstance(player, Team) and "env" in player.provenance:
             worlds.append(_world(player, name))
+        if isinstance(player, Solution):
+            worlds.append(player.config)
     if not worlds:
         if all(isinstance(player, ScriptedTeams) for player in players.values()):
             raise ValueError("at least one of the teams must be an evolved one, got two scripts")
         raise ValueError(f"{team} does not say which world it is for, and nor does {against}")
     for role, player in players.items():
-        if isinstance(player, Team):
-            player.check_fits(role, worlds[0])
+        _check_fits(player, role, worlds[0])
     if worlds[0] != worlds[-1]:
         print(f"the teams come from different worlds; they play in that of {team}", file=sys.stderr)
     return players, worlds[0]
 
 
-def _role(player: Player, others: Mapping[Role, Player]) -> Role:
-    """Its own; of a script that both can play, the one that is left."""
+def _check_fits(player: _Seat, role: Role, env: EnvConfig) -> None:
+    if isinstance(player, Team):
+        player.check_fits(role, env)
+    if isinstance(player, Solution) and player.config != env.replace(max_cycles=player.config.max_cycles):
+        raise ValueError(f"optimal play is known for {_words(player.config)}, got a match in {_words(env)}")
+
+
+def _role(player: _Seat, others: Mapping[Role, _Seat]) -> Role:
+    """Its own; of who can play both, the one that is left."""
     if isinstance(player, Team):
         return player.role
-    roles = [role for role in ROLES if player.script in SCRIPTS[role]]
+    roles = list(ROLES) if isinstance(player, Solution) else [role for role in ROLES if player.script in SCRIPTS[role]]
     return next((role for role in roles if role not in others), roles[0])
 
 
-def _load(name: str) -> Player:
+def _load(name: str) -> _Seat:
+    if name.startswith(_OPTIMAL):
+        return Solution.load(name.removeprefix(_OPTIMAL))
     if name in NUMBERS and not Path(name).exists():
         return ScriptedTeams(name)
     return _evolved(name, NUMBERS)

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from tqdm import tqdm
 
-from esp_trainer.exact.solution import by_parity, solve
+from esp_trainer.analysis.behaviours.counts import BehaviourRate, count_behaviours
+from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.surrounding import encirclement
+from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.analysis.replay import Episode, as_pictures, play
+from esp_trainer.exact.solution import Solution, by_parity, solve
 from esp_trainer.exact.team import OptimalTeam
-from predprey_env import predprey_v0
 from predprey_env.config import EnvConfig
+from predprey_env.rendering import save_video
 
-IDLE = 4
+FPS = 3
 
 
 class Habits(NamedTuple):
@@ -31,45 +39,74 @@ class Habits(NamedTuple):
     """Share of predators at an even distance from the prey."""
     distance: np.ndarray
     """Mean distance of a predator to the prey, in steps."""
-    sides: np.ndarray
-    """Of the four quarters around the prey, how many have a predator."""
+    enclosed: np.ndarray
+    """Share of prey that have predators all round: no gap between them is as wide as 180 degrees."""
     exits: np.ndarray
     """Actions of the prey that it takes with a chance of at least a hundredth."""
 
 
 def watch(size: int, n_episodes: int) -> Habits:
     """Episodes from random starts, one and a half times the size long."""
-    config = EnvConfig(size=size, n_prey=1, max_cycles=size * 3 // 2)
-    solution = solve(config, config.max_cycles)
-    predators, prey = OptimalTeam("predators", solution), OptimalTeam("prey", solution)
-    env = predprey_v0.parallel_env(**config.model_dump())
-    sums, counts, caught = np.zeros((5, config.max_cycles)), np.zeros(config.max_cycles), 0
-    for seed in range(n_episodes):
-        observations, _ = env.reset(seed=seed)
-        predators.reset(seed)
-        prey.reset(seed)
-        terminations: dict[str, bool] = {}
-        for step in range(config.max_cycles):
-            offsets = np.stack([observations[f"predator_{i}"] for i in range(config.n_predators)]).astype(int)
-            exits = (
-                (prey.strategies(prey.cells({"prey_0": observations["prey_0"]}), config.max_cycles - step)[1]) >= 0.01
-            )
-            hunting, fleeing = predators.act(observations), prey.act(observations)
-            far = np.abs(offsets).sum(axis=1)
-            idle = np.mean([action == IDLE for action in hunting.values()])
-            sums[:, step] += idle, np.mean(far % 2 == 0), far.mean(), _quarters(offsets), exits.sum()
-            counts[step] += 1
-            observations, _, terminations, _, _ = env.step({**hunting, **fleeing})
-            if not env.agents:
-                break
-        caught += terminations["prey_0"]
-    seen = counts > 0
-    value = by_parity(solution, config.max_cycles)[0]
-    means = sums[:, seen] / counts[seen]
-    return Habits(size, config.max_cycles, n_episodes, value, caught / n_episodes, counts[seen].astype(int), *means)
+    solution = _solved(size)
+    config, steps = solution.config, solution.config.max_cycles
+    episodes = _episodes(solution, n_episodes)
+    paths = _paths(episodes)
+    far, going = paths.distances[:, :-1, :, 0], np.arange(steps) < paths.lengths[:, None]
+    idle = (np.diff(paths.predators, axis=1) == 0).all(axis=3)
+    loose = replace(Thresholds(), near=size, wait=0, approach=0)
+    by_step = (
+        idle.mean(axis=2),
+        (far % 2 == 0).mean(axis=2),
+        far.mean(axis=2),
+        encirclement(paths, loose)[:, :-1],
+        np.array([_exits(episode, solution) for episode in episodes]),
+    )
+    counts = going.sum(axis=0)
+    means = [(each * going).sum(axis=0)[counts > 0] / counts[counts > 0] for each in by_step]
+    caught = float(np.mean([episode.worlds[-1].alive.sum() == 0 for episode in episodes]))
+    value = by_parity(solution, steps)[0]
+    return Habits(config.size, steps, n_episodes, value, caught, counts[counts > 0], *means)
 
 
-def _quarters(offsets: np.ndarray) -> int:
-    """How many of the quarters east, north, west and south of the prey have a predator."""
-    angles = np.arctan2(-offsets[:, 1], -offsets[:, 0])
-    return len(set((np.round(angles / (np.pi / 2)) % 4).astype(int).tolist()))
+def behaviours(size: int, n_episodes: int) -> dict[str, BehaviourRate]:
+    """What the detectors see in it."""
+    return count_behaviours(_paths(_episodes(_solved(size), n_episodes)), np.random.default_rng(0), pairings=8)
+
+
+def animate(size: int, seeds: tuple[int, ...], pictures: Path) -> None:
+    """A few games."""
+    solution = _solved(size)
+    for seed in seeds:
+        frames = list(as_pictures(_episode(solution, seed), FPS))
+        save_video([*frames, *[frames[-1]] * 2 * FPS], pictures / f"game-{seed}.gif", FPS)
+
+
+def _solved(size: int) -> Solution:
+    return solve(EnvConfig(size=size, n_prey=1, max_cycles=size * 3 // 2), size * 3 // 2)
+
+
+def _episode(solution: Solution, seed: int) -> Episode:
+    return play(OptimalTeam("predators", solution), OptimalTeam("prey", solution), solution.config, seed)
+
+
+def _episodes(solution: Solution, n: int) -> list[Episode]:
+    return [_episode(solution, seed) for seed in tqdm(range(n), unit="episode", mininterval=10)]
+
+
+def _paths(episodes: list[Episode]) -> Paths:
+    env = episodes[0].env
+    trace = np.full((len(episodes), env.max_cycles + 1, env.n_agents, 2), -1, np.int32)
+    for row, episode in zip(trace, episodes, strict=True):
+        row[: len(episode.cells)] = episode.cells
+    caught = np.array([episode.worlds[-1].alive == 0 for episode in episodes])
+    return Paths.of_trace(trace, env.n_predators, env.size, caught)
+
+
+def _exits(episode: Episode, solution: Solution) -> np.ndarray:
+    """From how many actions the prey draws at each step; 0 after the end."""
+    steps, prey = solution.config.max_cycles, OptimalTeam("prey", solution)
+    found = np.zeros(steps)
+    for step, cells in enumerate(episode.cells[:-1]):
+        places = cells[:, 0] * solution.config.size + cells[:, 1]
+        found[step] = (prey.strategies(places, steps - step)[1] >= 0.01).sum()
+    return found

@@ -1,0 +1,124 @@
+"""``solve`` and ``exploitability`` on the terminal, and ``replay`` of optimal play."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import ANY
+
+import pytest
+
+from esp_trainer.cli import main
+from esp_trainer.exact.solution import Solution
+
+
+def test_a_script_that_can_be_foreseen_never_catches_a_prey_that_foresees_it(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["exploitability", "greedy_chase", "--role", "predators", "--size", "5", "--steps", "6"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "greedy_chase, predators on a torus of 5 x 5, 3 v 1, 6 steps: the share of prey caught"
+    optimal, exploited = (line.split()[-5:] for line in lines[2:4])
+    assert all(0.9 < float(value) < 1 for value in optimal)
+    assert exploited == ["0.000"] * 5
+    assert lines[4] == f"exploitability: {float(optimal[0]):.3f} of the prey"
+
+
+def test_a_policy_of_ones_own_is_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "mine.py").write_text("def go_east(observations):\n    return dict.fromkeys(observations, 0)\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["exploitability", "mine:go_east", "--role", "prey", "--size", "4", "--steps", "5"]) == 0
+    assert capsys.readouterr().out.splitlines()[3].split()[-5:] == ["1.000"] * 5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["run_straight", "--role", "prey"], "run_straight remembers, so that what it does does not follow from"),
+        (["greedy_chase", "--role", "predators", "--size", "60"], "not enough memory: "),
+        (["greedy_chase", "--role", "prey"], "expected prey, got greedy_chase, a script of predators"),
+        (["greedy_chase", "--role", "predators", "--size", "2"], "size must be at least 3, got 2"),
+        (["random", "--role", "prey", "--prey", "5", "--size", "9"], "not enough memory: "),
+    ],
+)
+def test_what_cannot_be_measured_is_said_in_one_line(
+    arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["exploitability", *arguments]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith(f"esp-trainer: {says}")
+
+
+def test_two_prey_that_draw_are_measured_by_one_predator(capsys: pytest.CaptureFixture[str]) -> None:
+    teams = ["--predators", "1", "--prey", "2", "--size", "4", "--steps", "4"]
+    assert main(["exploitability", "random", "--role", "prey", *teams]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "random, prey on a torus of 4 x 4, 1 v 2, 4 steps: the share of prey caught"
+    assert lines[1].split()[-4:] == ["all", "0", "1", "2"]
+    optimal, exploited = (float(line.split()[-4]) for line in lines[2:4])
+    assert optimal < 0.05
+    assert 0.5 < exploited < 1
+
+
+def test_a_game_is_solved_told_and_saved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "game"
+    assert main(["solve", "--size", "6", "--steps", "5", "--out", str(file)]) == 0
+    told = capsys.readouterr()
+    lines = told.out.splitlines()
+    assert lines[0] == "a torus of 6 x 6, 3 v 1, 5 steps, both sides playing optimally: the share of prey caught"
+    assert [line.split()[0] for line in lines[3:8]] == ["1", "2", "3", "4", "5"]
+    assert lines[7].split() == ["5", "0.798", "0.704", "0.777", "0.830", "0.872"]
+    assert lines[8] == f"the solved game is in {file}: 0.1 MB"
+    assert told.err.startswith("some 0 MB of memory are needed")
+    assert Solution.load(file).horizon == 5
+
+
+def test_fields_of_the_world_are_those_that_were_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "game"
+    assert (
+        main(["solve", "--size", "4", "--prey", "2", "--predators", "2", "--in-turns", "--no-idle", "--out", str(file)])
+        == 0
+    )
+    assert "4 x 4, 2 v 2, 6 steps, predators may not idle, the prey move first, both" in capsys.readouterr().out
+    config = Solution.load(file).config
+    assert (config.n_prey, config.n_predators, config.predator_idle, config.move_order) == (2, 2, False, "prey_first")
+
+
+def test_nothing_is_solved_whose_outcome_cannot_be_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", "--size", "6", "--out", str(tmp_path / "no" / "game")]) == 1
+    assert capsys.readouterr() == ("", ANY)
+
+
+@pytest.fixture
+def game(tmp_path: Path) -> str:
+    file = tmp_path / "game"
+    main(["solve", "--size", "6", "--out", str(file)])
+    return f"optimal:{file}"
+
+
+def test_optimal_play_is_shown(game: str, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    for pair in ((game, "flee_nearest"), ("flee_nearest", game), (game, game)):
+        assert main(["replay", pair[0], "--against", pair[1]]) == 0
+        assert "caught 1/1" in capsys.readouterr().out or pair[0] == "flee_nearest"
+    assert main(["replay", game, "--against", "modern-3v1/prey/seed-500-late"]) == 0
+    assert f"they play in that of {game}" in capsys.readouterr().err
+
+
+def test_optimal_play_in_turns_always_catches(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "game"
+    main(["solve", "--size", "4", "--prey", "2", "--steps", "12", "--in-turns", "--out", str(file)])
+    for seed in range(5):
+        capsys.readouterr()
+        assert main(["replay", f"optimal:{file}", "--against", f"optimal:{file}", "--seed", str(seed)]) == 0
+        assert "caught 2/2" in capsys.readouterr().out
+
+
+def test_optimal_play_is_refused_where_it_is_not_known(game: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, says in (
+        (["replay", "modern-3v1/prey/seed-500-late", "--against", game], "optimal play is known for n_prey=1, size=6,"),
+        (["evaluate", game, "--against", "flee_nearest"], "optimal play is not evaluated but solved: "),
+        (["replay", "optimal:nothing", "--against", "flee_nearest"], "nothing is not there"),
+    ):
+        assert main(arguments) == 1
+        assert capsys.readouterr().err.startswith(f"esp-trainer: {says}")
