@@ -37,7 +37,32 @@ class BatchedPolicy(ABC):
         """Actions, int ``(n,)``, for rows of observations, float32 ``(n, n_seen)``."""
 
 
-class SB3Policy(BatchedPolicy):
+class WeighingPolicy(BatchedPolicy):
+    """One that weighs all actions, and takes the most likely or draws.
+
+    Args:
+        shape: Of the team.
+        drawn: Whether it draws.
+    """
+
+    def __init__(self, shape: TeamShape, *, drawn: bool) -> None:
+        self._n_actions = shape.n_actions
+        self._drawn = drawn
+
+    def chances_batch(self, observations: np.ndarray) -> np.ndarray:
+        """The chances of each action, float64 ``(n_worlds, n_agents, n_actions)``, for observations float32
+        ``(n_worlds, n_agents, n_seen)``; :class:`ValueError` if it draws and does not say how.
+        """
+        rows = observations.reshape(-1, observations.shape[-1])
+        found = self.weigh(rows) if self._drawn else np.eye(self._n_actions)[self.choose(rows)]
+        return found.astype(np.float64).reshape(*observations.shape[:-1], self._n_actions)
+
+    @abstractmethod
+    def weigh(self, rows: np.ndarray) -> np.ndarray:
+        """The chances from which actions are drawn, ``(n, n_actions)``, for rows of observations."""
+
+
+class SB3Policy(WeighingPolicy):
     """A model of Stable-Baselines3.
 
     Args:
@@ -53,8 +78,8 @@ class SB3Policy(BatchedPolicy):
                 f"the model must observe {shape.n_seen} numbers and have {shape.n_actions} actions, "
                 f"got {brief(model.observation_space)} and {brief(model.action_space)}"
             )
+        super().__init__(shape, drawn=drawn)
         self._model = model
-        self._drawn = drawn
 
     def reset(self, seed: int | None = None) -> None:
         """What is drawn follows from the seed; the libraries' own generators are set to it."""
@@ -65,8 +90,18 @@ class SB3Policy(BatchedPolicy):
         """What the model predicts."""
         return np.asarray(self._model.predict(rows, deterministic=not self._drawn)[0])
 
+    def weigh(self, rows: np.ndarray) -> np.ndarray:
+        """Those of a policy that has a distribution over actions, as PPO's and A2C's."""
+        policy = self._model.policy
+        if not hasattr(policy, "get_distribution"):
+            raise ValueError(f"{type(self._model).__name__} does not say the chances of its actions")
+        import torch
 
-class TorchPolicy(BatchedPolicy):
+        with torch.no_grad():
+            return np.asarray(policy.get_distribution(policy.obs_to_tensor(rows)[0]).distribution.probs.cpu().numpy())
+
+
+class TorchPolicy(WeighingPolicy):
     """A PyTorch module.
 
     Args:
@@ -78,9 +113,8 @@ class TorchPolicy(BatchedPolicy):
     """
 
     def __init__(self, module: Any, shape: TeamShape, *, drawn: bool = False) -> None:
+        super().__init__(shape, drawn=drawn)
         self._module = module.eval()
-        self._drawn = drawn
-        self._n_actions = shape.n_actions
         self._reads_dictionaries = hasattr(module, "in_keys") and hasattr(module, "out_keys")
 
     def reset(self, seed: int | None = None) -> None:
@@ -94,17 +128,33 @@ class TorchPolicy(BatchedPolicy):
         """What the module prefers; :class:`ValueError` for an output that is neither preferences nor actions."""
         import torch
 
+        found = self._ask(rows)
+        if found.ndim == 1:
+            return np.asarray(found.numpy())
+        chosen = torch.multinomial(found.softmax(1), 1)[:, 0] if self._drawn else found.argmax(1)
+        return np.asarray(chosen.numpy())
+
+    def weigh(self, rows: np.ndarray) -> np.ndarray:
+        """Those that its preferences say."""
+        found = self._ask(rows)
+        if found.ndim == 1:
+            raise ValueError("the module does not say the chances of its actions: it returns actions")
+        return np.asarray(found.softmax(1).numpy())
+
+    def _ask(self, rows: np.ndarray) -> Any:
+        """Checked preferences, or actions."""
+        import torch
+
         with torch.no_grad():
             found = self._forward(torch.from_numpy(rows)).cpu()
         if found.ndim == 1 and not found.is_floating_point():
-            return np.asarray(found.numpy())
+            return found
         if tuple(found.shape) != (len(rows), self._n_actions):
             expected = f"({len(rows)}, {self._n_actions}) preferences or ({len(rows)},) integer actions"
             raise ValueError(f"the module must return {expected}, got {found.dtype} of shape {tuple(found.shape)}")
         if found.isnan().any():
             raise ValueError("the module must return numbers, got NaN")
-        chosen = torch.multinomial(found.softmax(1), 1)[:, 0] if self._drawn else found.argmax(1)
-        return np.asarray(chosen.numpy())
+        return found
 
     def _forward(self, rows: Any) -> Any:
         if not self._reads_dictionaries:

@@ -152,7 +152,7 @@ def _analyse(options: argparse.Namespace) -> int:
     if options.command == "solve":
         return exact.solve(_small_world(options), options.out)
     if options.command == "exploitability":
-        return exact.exploitability(options.policy, options.role, _small_world(options))
+        return exact.exploitability(options.policy, options.role, _small_world(options), drawn=options.drawn)
     if options.command == "watch":
         return watch.watch(options.run, options.fps)
     if options.command == "report":
@@ -254,13 +254,14 @@ def _parser() -> argparse.ArgumentParser:
     listed.add_argument("--task", choices=TASKS, help="only of that task")
     benchmark.add_argument("--episodes", type=_positive, default=512, metavar="N", help="of each meeting")
     benchmark.add_argument("--seed", type=_natural, default=0, metavar="N", help="which starts")
-    benchmark.add_argument("--drawn", action="store_true", help="draw the actions of sb3: and torch: by their chances")
     benchmark.add_argument("--name", help="what to call it; by default its SPEC")
     benchmark.add_argument("--out", type=Path, metavar="DIR", help="where to; by default benchmarks/NAME-ROLE-TASK")
     benchmark.add_argument("--leaderboard", type=Path, metavar="FILE", help="put the result into that Markdown file")
     exploitability = command("exploitability", "say how far a policy is from optimal play, on a small torus", _MEASURED)
     exploitability.add_argument("policy", metavar="SPEC", help="who is measured; see below")
     exploitability.add_argument("--role", required=True, choices=ROLES, help="which side it plays")
+    for each in (benchmark, exploitability):
+        each.add_argument("--drawn", action="store_true", help="draw the actions of sb3: and torch: by their chances")
     solve = command("solve", "solve the game on a small torus: what optimal play is worth")
     solve.add_argument("--out", type=Path, metavar="FILE", help="save the game there, for replay and for Python")
     for each in (exploitability, solve):

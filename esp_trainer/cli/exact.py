@@ -37,9 +37,9 @@ def solve(config: EnvConfig, out: Path | None) -> int:
     return 0
 
 
-def exploitability(spec: str, role: Role, config: EnvConfig) -> int:
+def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> int:
     """Solve the game, answer the policy optimally, and say what it loses."""
-    player = load_candidate(spec, role, config).player
+    player = load_candidate(spec, role, config, drawn=drawn).player
     horizon = config.max_cycles
     solution = _solved(config, memory_needed(config, horizon) + memory_for_response(config, role))
     with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="asking the policy") as bar:

@@ -27,6 +27,7 @@ from predprey_env.policies.names import PREFIXES
 from predprey_env.policies.protocol import MEMORY
 from predprey_env.policies.scripted import Script, follow
 
+_TOGETHER = 1 << 15  # states that a policy is asked about at a time
 _ASKED_AGAIN = 500  # states, to see whether a policy is always of the same mind
 
 
@@ -78,7 +79,9 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
     What it would do for caught prey is there too, and means nothing.
 
     A policy must do in a position what it always does there, or say its chances by a method
-    ``chances(observations) -> {agent: chances}``; what remembers or draws otherwise is a :class:`ValueError`.
+    ``chances(observations) -> {agent: chances}``, or ``chances_batch`` of many positions, from float32
+    ``(n, n_agents, n_seen)`` to ``(n, n_agents, n_actions)``; what remembers or draws otherwise is a
+    :class:`ValueError`.
 
     Args:
         policy: Meets the policy protocol.
@@ -86,13 +89,15 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
         config: The world.
     """
     seen, n_actions = views(config, role), config.team(role).n_actions
+    if hasattr(policy, "chances_batch"):
+        return _checked([each for part in _parts(seen) for each in policy.chances_batch(part)], n_actions)
     if hasattr(policy, "chances"):
         return _checked([_listed(policy.chances(_named(state, role)), state, role) for state in seen], n_actions)
 
     def ask(states: np.ndarray) -> np.ndarray:
         policy.reset(0)
         if hasattr(policy, "act_batch"):
-            return np.asarray(policy.act_batch(states))
+            return np.concatenate([np.asarray(policy.act_batch(part)) for part in _parts(states)])
         return np.array([_listed(policy.act(_named(state, role)), state, role) for state in states])
 
     actions = ask(seen)
@@ -100,6 +105,11 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
     if (ask(seen[again]) != actions[again]).any():
         raise ValueError("the policy does not always do the same in a position: it remembers, or draws its actions")
     return _certain(actions, n_actions)
+
+
+def _parts(states: np.ndarray) -> list[np.ndarray]:
+    """So few at a time that what a network makes of them fits into memory."""
+    return [states[first : first + _TOGETHER] for first in range(0, len(states), _TOGETHER)]
 
 
 def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:

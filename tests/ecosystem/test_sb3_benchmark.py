@@ -22,6 +22,7 @@ from esp_trainer import Team
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
 from esp_trainer.benchmark.match import Arena, PolicyError
 from esp_trainer.benchmark.specs import load_candidate
+from esp_trainer.cli import main
 from esp_trainer.tasks import TASKS
 from esp_trainer.types import ScriptedTeams
 from predprey_env import vector_env
@@ -135,6 +136,35 @@ def test_a_module_of_torch_draws_by_the_softmax_of_its_outputs() -> None:
     counts = np.bincount(policy.choose(np.zeros((20_000, 4), np.float32)), minlength=5)
     np.testing.assert_allclose(counts / 20_000, [0.1, 0.2, 0.3, 0.4, 0], atol=0.015)
     assert set(TorchPolicy(Fixed(), PREDATORS).choose(np.zeros((9, 4), np.float32))) == {3}
+    seen = np.zeros((2, 3, 4), np.float32)
+    np.testing.assert_allclose(policy.chances_batch(seen), np.full((2, 3, 5), [0.1, 0.2, 0.3, 0.4, 0]), atol=1e-6)
+    assert (TorchPolicy(Fixed(), PREDATORS).chances_batch(seen) == np.eye(5)[3]).all()
+
+
+def test_a_model_of_sb3_draws_with_the_chances_that_it_says(zip_file: Path) -> None:
+    policy: Any = load_candidate(f"sb3:PPO:{zip_file}", "predators", ENV, drawn=True).player
+    likely: Any = load_candidate(f"sb3:PPO:{zip_file}", "predators", ENV).player
+    chances = policy.chances_batch(views())
+    assert chances.shape == (40, 3, 5)
+    np.testing.assert_allclose(chances.sum(axis=2), 1, atol=1e-6)
+    assert (chances.argmax(axis=2) == likely.act_batch(views())).all()
+    assert (likely.chances_batch(views()) == np.eye(5)[likely.act_batch(views())]).all()
+    policy.reset(0)
+    drawn = policy.act_batch(np.repeat(views()[:1], 4000, axis=0))[:, 0]
+    np.testing.assert_allclose(np.bincount(drawn, minlength=5) / 4000, chances[0, 0], atol=0.04)
+
+
+def test_how_far_a_model_is_from_optimal_play_is_one_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    worlds = vector_env(2, "prey", "random", "SameStep", size=4, n_prey=1)
+    PPO("MlpPolicy", SB3VecEnv(worlds), device="cpu", seed=0).save(tmp_path / "model")
+    command = ["exploitability", f"sb3:PPO:{tmp_path / 'model.zip'}", "--role", "prey", "--size", "4", "--steps", "3"]
+    losses = []
+    for drawn in ([], ["--drawn"]):
+        assert main([*command, *drawn]) == 0
+        losses.append(float(capsys.readouterr().out.split("exploitability: ")[1].split()[0]))
+    assert 0 < losses[1] < losses[0]  # untrained, it draws nearly evenly
 
 
 def test_weights_that_hide_code_are_not_run(place: Path) -> None:
@@ -248,7 +278,7 @@ def test_a_policy_of_ppo_and_the_team_that_it_is_saved_as_draw_alike(monkeypatch
     with torch.no_grad():
         for parameter in policy.parameters():
             parameter.normal_(0, 0.7)
-    team = policy.as_team("predators", "3v2", {})
+    team = policy.as_team("predators", TASKS["3v2"], {})
     seen = np.array([[3, -2, 10, 5], [0, 1, -7, 2], [-20, 4, 1, 1]], np.float32)
     chances = policy(torch.from_numpy(seen)).softmax(-1).detach().numpy()
     counts = np.zeros((3, 5))

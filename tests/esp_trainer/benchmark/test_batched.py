@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box, Discrete
 
-from esp_trainer.benchmark.batched import BatchedPolicy, SB3Policy, TorchPolicy
+from esp_trainer.benchmark.batched import BatchedPolicy, SB3Policy, TorchPolicy, WeighingPolicy
 from predprey_env import EnvConfig
 from predprey_env.policies import Policy
 
@@ -114,3 +114,26 @@ def test_what_a_module_draws_follows_from_the_seed(monkeypatch: pytest.MonkeyPat
     policy.reset(3)
     policy.reset()
     assert seeds == [3]
+
+
+class Weighs(WeighingPolicy):
+    def choose(self, rows: np.ndarray) -> np.ndarray:
+        return rows[:, 0].astype(int)
+
+    def weigh(self, rows: np.ndarray) -> np.ndarray:
+        return np.eye(5, dtype=np.float32)[rows[:, 1].astype(int)]
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+def test_chances_are_those_it_draws_with_or_certain(drawn: bool):
+    seen = np.random.default_rng(2).integers(0, 5, (6, 3, 4)).astype(np.float32)
+    chances = Weighs(SHAPE, drawn=drawn).chances_batch(seen)
+    assert chances.dtype == np.float64
+    assert (chances == np.eye(5)[seen[..., int(drawn)].astype(int)]).all()
+
+
+def test_a_model_without_chances_cannot_be_measured_when_it_draws():
+    model = Model()
+    model.policy = SimpleNamespace()  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match="Model does not say the chances of its actions"):
+        SB3Policy(model, SHAPE, drawn=True).chances_batch(np.zeros((1, 3, 4), np.float32))

@@ -265,3 +265,14 @@ def test_actions_that_are_none_are_refused(answer: Any, says: str) -> None:
 
     with pytest.raises(ValueError, match=says):
         chances(Odd(), "prey", EnvConfig(size=3, n_prey=1))
+
+
+def test_chances_of_many_positions_are_asked_for_at_once() -> None:
+    class Batched(Moody):
+        def chances_batch(self, observations: np.ndarray) -> np.ndarray:
+            self.asked = [*getattr(self, "asked", []), len(observations)]
+            return np.full((*observations.shape[:2], 4), 0.25)
+
+    policy = Batched()
+    assert (chances(policy, "prey", MEDIUM.replace(size=6)) == 0.25).all()
+    assert policy.asked == [32768, 6**6 - 32768]
