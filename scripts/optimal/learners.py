@@ -100,6 +100,11 @@ class Torus(NamedTuple):
         """Half of those: too few for predators that know a prey to catch all of it."""
         return max(1, self.half // 2)
 
+    @property
+    def columns(self) -> list[int]:
+        """Numbers of steps for a table."""
+        return sorted({self.early, self.half - 1, self.half, self.size})
+
 
 def measure(learners: list[Learner], seeds: int, generations: int, place: Path) -> list[Torus]:
     """Let them learn, and answer them optimally; what is found in ``place`` is not done again."""

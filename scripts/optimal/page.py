@@ -31,7 +31,8 @@ def page(
 def _in_short(sizes: list[tuple[Value, Value]], habits: Habits, torus: Torus) -> str:
     paper, early = torus.courses[0], torus.early
     first, last = (paper.at("prey", look, early) for look in (0, -1))
-    best = min(torus.courses, key=lambda course: course.at("prey", -1, early).mean)
+    soft = min(torus.courses, key=lambda course: course.at("prey", -1, early).mean)
+    chance = torus.scripts["random", "prey"]
     ratios = [value.half / value.game.size for value, _ in sizes if value.mean >= 0.5]
     return f"""# Optimal play on small tori
 
@@ -54,7 +55,10 @@ otherwise, three predators hunt one prey.
   {first} of the first generation within {early} steps, and {last} of the last, where optimal prey lose {torus.optimal[early - 1]:.3f}. It falls in the
   first third of the race and then stays level. Within {torus.half} steps they catch {paper.at("prey", -1, torus.half)}, in every generation, where optimal prey
   lose {torus.optimal[torus.half - 1]:.3f}. The race makes neither side safe from who knows it.
-- **Drawing actions does not help by itself.** Least exploitable within {early} steps is {best.learner.name}: {best.at("prey", -1, early)}.
+- **Drawing actions helps as far as the draw is a wide one, and gets no further than chance.** The least exploitable prey are those of
+  {soft.learner.name}: {soft.at("prey", -1, early)} of them are caught within {early} steps and {soft.at("prey", -1, torus.half)} within {torus.half}; of prey that move at random
+  {chance[early - 1]:.3f} and {chance[torus.half - 1]:.3f}. Its votes are bounded, so that no action's chance grows large. Where they are not (`drawn-3v1`, PPO) the prey
+  are caught like those that do not draw.
 """
 
 
@@ -154,11 +158,11 @@ def _learners(tori: list[Torus]) -> str:
     return f"""## How far everybody is from it
 
 One side's policy is fixed, and the other side answers it optimally, with foresight of all that can be foreseen. On {first.size} x {first.size}, the
-last of {seeds} seeds of each learner, means with 95% intervals: share of prey caught within {first.early} steps, where optimal play catches
-{first.optimal[first.early - 1]:.3f}, within {first.half}, where it catches {first.optimal[first.half - 1]:.3f}, and within {first.size}, where it catches {first.optimal[-1]:.3f}.
+last of {seeds} seeds of each learner: share of prey caught, means with 95% intervals. The best response is another for each number of steps.
 
-| policy | within {first.early} | within {first.half} | within {first.size} |
-| --- | ---: | ---: | ---: |
+| policy | {" | ".join(f"within {steps}" for steps in first.columns)} |
+| --- |{" ---: |" * len(first.columns)}
+| both sides play optimally | {" | ".join(f"{first.optimal[steps - 1]:.4f}" for steps in first.columns)} |
 {_policies(first)}
 
 `paper-3v1` takes the action with the most votes, `modern-3v1` too, from offsets times 0.2; `drawn-3v1` draws it with chances in proportion
@@ -175,7 +179,7 @@ end). Looks are at generations, or at millions of steps of PPO.
 
 
 def _policies(torus: Torus) -> str:
-    rows, columns = [], (torus.early, torus.half, torus.size)
+    rows, columns = [], torus.columns
     for role in ROLES:
         for (script, played), curve in torus.scripts.items():
             if played == role:
