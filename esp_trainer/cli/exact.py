@@ -39,8 +39,9 @@ def solve(config: EnvConfig, out: Path | None) -> int:
 
 def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> int:
     """Solve the game, answer the policy optimally, and say what it loses."""
-    player = load_candidate(spec, role, config, drawn=drawn).player
     horizon = config.max_cycles
+    check_memory(memory_needed(config, horizon))  # at once, as the rest of it takes long to work out for many prey
+    player = load_candidate(spec, role, config, drawn=drawn).player
     solution = _solved(config, memory_needed(config, horizon) + memory_for_response(config, role))
     with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="asking the policy") as bar:
         fixed = chances(player, role, config)

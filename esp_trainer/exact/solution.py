@@ -59,11 +59,15 @@ class Solution:
     def load(cls, path: Path | str) -> Solution:
         """Read what :meth:`save` wrote; :class:`~esp_trainer.files.DamagedFileError` if it is not that."""
         header, arrays = read_arrays(Path(path), "solved game")
-        config = EnvConfig(**header["env"])
+        try:
+            config, values = EnvConfig.from_dict(header["env"]), arrays["values"]
+        except (KeyError, ValueError) as error:
+            raise DamagedFileError(f"{path} is damaged: {error}") from None
         check_memory(memory_needed(config, 0))
-        states, values = states_of(config.size, config.n_predators, config.n_prey), arrays["values"]
-        if values.shape[1:] != (len(states.cells),):
-            raise DamagedFileError(f"{path} is damaged: it must hold {len(states.cells)} states, got {values.shape[1]}")
+        states = states_of(config.size, config.n_predators, config.n_prey)
+        if values.ndim != 2 or values.shape[1] != len(states.cells):
+            expected = f"(turns, {len(states.cells)})"
+            raise DamagedFileError(f"{path} is damaged: its values must have shape {expected}, got {values.shape}")
         return cls(config, states, turns_of(config), values)
 
 

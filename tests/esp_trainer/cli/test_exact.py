@@ -39,7 +39,7 @@ def test_a_policy_of_ones_own_is_measured(
         (["greedy_chase", "--role", "predators", "--size", "60"], "not enough memory: "),
         (["greedy_chase", "--role", "prey"], "expected prey, got greedy_chase, a script of predators"),
         (["greedy_chase", "--role", "predators", "--size", "2"], "size must be at least 3, got 2"),
-        (["random", "--role", "prey", "--prey", "5", "--size", "9"], "not enough memory: "),
+        (["random", "--role", "prey", "--prey", "40", "--size", "9"], "not enough memory: "),
     ],
 )
 def test_what_cannot_be_measured_is_said_in_one_line(
