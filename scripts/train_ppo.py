@@ -108,7 +108,8 @@ class Policy(nn.Module):
             genome[:-1] = np.concatenate([2 * see, 2 * know[:, None], 2 * out.T], axis=1)
             genome[-1, see.shape[1] :] = np.concatenate([[ALWAYS_ON], offset - out.sum(axis=1)])
         controller = make_controller(side, offset_wiring(side, n_opponents), n_actions)
-        origin = {"preset": "ppo", "env": env.model_dump(), **provenance}
+        world = env.replace(reward=TASKS["3v2"].reward)  # what was learned from is told besides
+        origin = {"preset": "ppo", "env": world.model_dump(), **provenance}
         return Team(role, side, controller, genomes, origin, controller.n_seen)
 
 

@@ -47,14 +47,14 @@ class WeighingPolicy(BatchedPolicy):
 
     def __init__(self, shape: TeamShape, *, drawn: bool) -> None:
         self._n_actions = shape.n_actions
-        self._drawn = drawn
+        self.drawn = drawn
 
     def chances_batch(self, observations: np.ndarray) -> np.ndarray:
         """The chances of each action, float64 ``(n_worlds, n_agents, n_actions)``, for observations float32
         ``(n_worlds, n_agents, n_seen)``; :class:`ValueError` if it draws and does not say how.
         """
         rows = observations.reshape(-1, observations.shape[-1])
-        found = self.weigh(rows) if self._drawn else np.eye(self._n_actions)[self.choose(rows)]
+        found = self.weigh(rows) if self.drawn else np.eye(self._n_actions)[self.choose(rows)]
         return found.astype(np.float64).reshape(*observations.shape[:-1], self._n_actions)
 
     @abstractmethod
@@ -83,12 +83,12 @@ class SB3Policy(WeighingPolicy):
 
     def reset(self, seed: int | None = None) -> None:
         """What is drawn follows from the seed; the libraries' own generators are set to it."""
-        if self._drawn:
+        if self.drawn:
             self._model.set_random_seed(seed)
 
     def choose(self, rows: np.ndarray) -> np.ndarray:
         """What the model predicts."""
-        return np.asarray(self._model.predict(rows, deterministic=not self._drawn)[0])
+        return np.asarray(self._model.predict(rows, deterministic=not self.drawn)[0])
 
     def weigh(self, rows: np.ndarray) -> np.ndarray:
         """Those of a policy that has a distribution over actions, as PPO's and A2C's."""
@@ -119,7 +119,7 @@ class TorchPolicy(WeighingPolicy):
 
     def reset(self, seed: int | None = None) -> None:
         """What is drawn follows from the seed; PyTorch's own generator is set to it."""
-        if self._drawn and seed is not None:
+        if self.drawn and seed is not None:
             import torch
 
             torch.manual_seed(seed)
@@ -131,7 +131,7 @@ class TorchPolicy(WeighingPolicy):
         found = self._ask(rows)
         if found.ndim == 1:
             return np.asarray(found.numpy())
-        chosen = torch.multinomial(found.softmax(1), 1)[:, 0] if self._drawn else found.argmax(1)
+        chosen = torch.multinomial(found.softmax(1), 1)[:, 0] if self.drawn else found.argmax(1)
         return np.asarray(chosen.numpy())
 
     def weigh(self, rows: np.ndarray) -> np.ndarray:
@@ -162,7 +162,7 @@ class TorchPolicy(WeighingPolicy):
         from tensordict import TensorDict
         from tensordict.nn import InteractionType, set_interaction_type
 
-        with set_interaction_type(InteractionType.RANDOM if self._drawn else InteractionType.DETERMINISTIC):
+        with set_interaction_type(InteractionType.RANDOM if self.drawn else InteractionType.DETERMINISTIC):
             action = self._module(TensorDict({"observation": rows}, batch_size=[len(rows)]))["action"]
         one_hot = action.ndim == 2 and action.shape[1] == self._n_actions
         return action.argmax(dim=1) if one_hot else action.reshape(len(rows))

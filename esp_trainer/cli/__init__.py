@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         _let_go_of_output()
         return _fail(in_words(error))
-    except (ValueError, DependencyNotInstalled) as error:
+    except (ValueError, ArithmeticError, DependencyNotInstalled) as error:
         return _fail(str(error))
 
 

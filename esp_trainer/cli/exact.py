@@ -42,10 +42,11 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
     horizon = config.max_cycles
     check_memory(memory_needed(config, horizon))  # at once, as the rest of it takes long to work out for many prey
     player = load_candidate(spec, role, config, drawn=drawn).player
-    solution = _solved(config, memory_needed(config, horizon) + memory_for_response(config, role))
-    with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="asking the policy") as bar:
-        fixed = chances(player, role, config)
-        bar.set_description("answering it")
+    needed = memory_needed(config, horizon) + memory_for_response(config, role)
+    check_memory(needed)
+    fixed = chances(player, role, config)  # first, as it may turn out that it cannot be asked
+    solution = _solved(config, needed)
+    with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="answering the policy") as bar:
         values = np.empty(0)
         for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - the last is wanted
             bar.update()

@@ -156,17 +156,13 @@ def _outcome(episode: Episode, steps: range) -> str:
 def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
     """Both players by role, and the world of the first that was evolved or solved."""
     players: dict[Role, _Seat] = {}
-    worlds: list[EnvConfig] = []
-    for name in (team, against):
-        player = _load(name)
+    seats = [(name, _load(name)) for name in (team, against)]
+    for _, player in sorted(seats, key=lambda seat: isinstance(seat[1], Solution)):  # who can play both sides last
         role = _role(player, players)
         if role in players:
             raise ValueError(f"a match needs predators and prey, got two teams of {role}")
         players[role] = player
-        if isinstance(player, Team) and "env" in player.provenance:
-            worlds.append(_world(player, name))
-        if isinstance(player, Solution):
-            worlds.append(player.config)
+    worlds = [world for name, player in seats if (world := _world_of(player, name))]
     if not worlds:
         if all(isinstance(player, ScriptedTeams) for player in players.values()):
             raise ValueError("at least one of the teams must be an evolved one, got two scripts")
@@ -178,10 +174,17 @@ def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
     return players, worlds[0]
 
 
+def _world_of(player: _Seat, name: str) -> EnvConfig | None:
+    """Which one it was evolved or solved in; None if it does not say."""
+    if isinstance(player, Solution):
+        return player.config
+    return _world(player, name) if isinstance(player, Team) and "env" in player.provenance else None
+
+
 def _check_fits(player: _Seat, role: Role, env: EnvConfig) -> None:
     if isinstance(player, Team):
         player.check_fits(role, env)
-    if isinstance(player, Solution) and player.config != env.replace(max_cycles=player.config.max_cycles):
+    if isinstance(player, Solution) and not player.plays(env):
         raise ValueError(f"optimal play is known for {_words(player.config)}, got a match in {_words(env)}")
 
 

@@ -89,15 +89,16 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
         config: The world.
     """
     seen, n_actions = views(config, role), config.team(role).n_actions
-    if hasattr(policy, "chances_batch"):
-        return _checked([each for part in _parts(seen) for each in policy.chances_batch(part)], n_actions)
+    if hasattr(policy, "chances_batch") and getattr(policy, "drawn", True):  # or it is seen whether it is of one mind
+        found = [_shaped(policy.chances_batch(part), (*part.shape[:2], n_actions)) for part in _parts(seen)]
+        return _checked(np.concatenate(found), n_actions)
     if hasattr(policy, "chances"):
         return _checked([_listed(policy.chances(_named(state, role)), state, role) for state in seen], n_actions)
 
     def ask(states: np.ndarray) -> np.ndarray:
         policy.reset(0)
         if hasattr(policy, "act_batch"):
-            return np.concatenate([np.asarray(policy.act_batch(part)) for part in _parts(states)])
+            return np.concatenate([_shaped(policy.act_batch(part), part.shape[:2]) for part in _parts(states)])
         return np.array([_listed(policy.act(_named(state, role)), state, role) for state in states])
 
     actions = ask(seen)
@@ -112,6 +113,13 @@ def _parts(states: np.ndarray) -> list[np.ndarray]:
     return [states[first : first + _TOGETHER] for first in range(0, len(states), _TOGETHER)]
 
 
+def _shaped(answer: Any, expected: tuple[int, ...]) -> np.ndarray:
+    found = np.asarray(answer)
+    if found.shape != expected:
+        raise ValueError(f"the policy must answer with an array of shape {expected}, got {found.shape}")
+    return found
+
+
 def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
     return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state)}
 
@@ -124,7 +132,7 @@ def _listed(answers: Any, state: np.ndarray, role: Role) -> list[Any]:
     return [answers[agent] for agent in agents]
 
 
-def _checked(answers: list[Any], n_actions: int) -> np.ndarray:
+def _checked(answers: Any, n_actions: int) -> np.ndarray:
     try:
         found = np.array(answers, float)
     except (ValueError, TypeError):

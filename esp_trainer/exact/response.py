@@ -155,7 +155,7 @@ def memory_for_response(config: EnvConfig, role: Role) -> int:
     """Bytes, at most, that :func:`best_response` takes together with the chances that it is given."""
     shape = config.team(role)
     n_states: int = survivors(config)[-1].keys.stop
-    return 8 * n_states * (shape.n_agents * (2 * shape.n_actions + shape.n_seen // 2) + 6)
+    return 8 * n_states * (shape.n_agents * (4 * shape.n_actions + shape.n_seen) + 6)
 
 
 @entry_point

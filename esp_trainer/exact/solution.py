@@ -19,6 +19,8 @@ from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
 
 _PART = 1024  # states a thread takes at a time
+_CHUNK = 1 << 16  # keys that are counted at a time
+_COUNTABLE = 10**18  # bytes; what is more is not told exactly
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,11 @@ class Solution:
     def horizon(self) -> int:
         """The longest game that is solved, in steps."""
         return (len(self.values) - 1) // len(self.turns)
+
+    def plays(self, env: EnvConfig) -> bool:
+        """Whether a world has the same moves, whatever it counts and however long it lasts."""
+        same = ("size", "n_predators", "n_prey", "move_order", "swap_captures", "predator_idle")
+        return all(getattr(env, field) == getattr(self.config, field) for field in same)
 
     def value(self, cells: np.ndarray, steps: int) -> np.ndarray:
         """How many prey are caught from states in which all are free: int cells ``size * x + y`` of all agents,
@@ -75,7 +82,8 @@ def memory_needed(config: EnvConfig, horizon: int) -> int:
     """Bytes, at most or nearly so, that :func:`solve` takes."""
     size, n_predators = config.size, config.n_predators
     n_turns = horizon * (2 if config.move_order == "prey_first" else 1)
-    a_state = 8 * (n_turns + 1) + 8 * config.n_agents
+    # Its values and cells, and what their distances are worked out in.
+    a_state = 8 * (n_turns + 1) + 8 * config.n_agents + 64 * config.n_predators * config.n_prey
     games = range(1, config.n_prey + 1)
     return sum(4 * n_keys(size, n_predators, n) + a_state * about_n_states(size, n_predators, n) for n in games)
 
@@ -86,7 +94,8 @@ def check_memory(n_bytes: int) -> None:
     if facts.exists():
         kilobytes = next(line.split()[1] for line in facts.read_text().splitlines() if line.startswith("MemAvailable"))
         if n_bytes > 1024 * int(kilobytes):
-            raise MemoryError(f"{n_bytes / 1e9:,.1f} GB are needed, {1024 * int(kilobytes) / 1e9:,.1f} are free")
+            needed = f"{n_bytes / 1e9:,.1f}" if n_bytes < _COUNTABLE else f"more than {_COUNTABLE / 1e9:,.0f}"
+            raise MemoryError(f"{needed} GB are needed, {1024 * int(kilobytes) / 1e9:,.1f} are free")
 
 
 def solve(
@@ -224,7 +233,10 @@ def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
     distance; see :func:`means_by_parity`.
     """
     first = solution.states.first[-2]
-    weights = np.bincount(_numbers(solution) + 1)[1:][first:]
+    number, weights = _numbers(solution), np.zeros(len(solution.states.cells) - first)
+    for begin in range(0, len(number), _CHUNK):
+        part = number[begin : begin + _CHUNK]
+        weights += np.bincount(part[part >= 0] - first, minlength=len(weights))
     return _means(solution.values[steps * len(solution.turns), first:], solution, slice(first, None), weights)
 
 

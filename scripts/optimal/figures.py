@@ -18,7 +18,7 @@ def exploitability(torus: Torus, file: Path) -> None:
     figure, (learning, last) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
     steps = np.arange(1, torus.size + 1)
     for course in torus.courses:
-        shares = np.linspace(0 if course.learner.preset else 1 / len(course.looks), 1, len(course.looks))
+        shares = course.looks / course.looks[-1]
         found = [course.at("prey", look, torus.early) for look in range(len(course.looks))]
         (line,) = learning.plot(shares, [each.mean for each in found], label=course.learner.name)
         low, high = [each.low for each in found], [each.high for each in found]

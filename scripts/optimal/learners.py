@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -159,6 +160,7 @@ def _looks(
     if not learner.preset:
         run = place / f"ppo-{env.size}-entropy-{learner.entropy}" / f"seed-{seed}"
         if not (run / "prey-10.safetensors").exists():
+            shutil.rmtree(run, ignore_errors=True)  # what was cut off
             world = ["--task", "3v1", "--size", str(env.size), "--entropy", str(learner.entropy)]
             command = [sys.executable, str(_PPO), "both", *world, "--seed", str(seed)]
             subprocess.run([*command, "--steps", "10000000", "--out", str(run)], check=True)

@@ -31,7 +31,8 @@ def page(
 def _in_short(sizes: list[tuple[Value, Value]], habits: Habits, torus: Torus) -> str:
     paper, early = torus.courses[0], torus.early
     first, last = (paper.at("prey", look, early) for look in (0, -1))
-    soft = min(torus.courses, key=lambda course: course.at("prey", -1, early).mean)
+    third = len(paper.looks) // 3
+    soft = next(course for course in torus.courses if course.learner.fields)
     chance = torus.scripts["random", "prey"]
     ratios = [value.half / value.game.size for value, _ in sizes if value.mean >= 0.5]
     return f"""# Optimal play on small tori
@@ -49,14 +50,14 @@ otherwise, three predators hunt one prey.
 - **At one and a half times the size the value falls as the torus grows**, among even sizes and among odd ones, from {max(idling.mean for idling, _ in sizes):.2f} to {sizes[-1][0].mean:.2f} at
   {sizes[-1][0].game.size} x {sizes[-1][0].game.size}. Half of the prey are caught within {min(ratios):.2f} to {max(ratios):.2f} times the size. Nothing sure follows from that for 100 x 100: the trend
   says that there, too, optimal predators catch fewer than on small tori in the paper's 150 steps, but not how many.
-- **Whoever can be foreseen is lost.** Evolved predators that take the action with the most votes, and scripts, never catch a prey that
-  foresees them; those that draw by their votes hardly do, as they draw little, and apart.
+- **Whoever can be foreseen is lost.** Evolved predators that take the action with the most votes, and scripts that do not draw, never catch a
+  prey that foresees them; those that draw by their votes hardly do, as each draws for itself.
 - **Evolved prey learn to see a step or two ahead, and no further.** Of the paper's preset on {torus.size} x {torus.size}, predators that know the prey catch
-  {first} of the first generation within {early} steps, and {last} of the last, where optimal prey lose {torus.optimal[early - 1]:.3f}. It falls in the
-  first third of the race and then stays level. Within {torus.half} steps they catch {paper.at("prey", -1, torus.half)}, in every generation, where optimal prey
-  lose {torus.optimal[torus.half - 1]:.3f}. The race makes neither side safe from who knows it.
-- **Drawing actions helps as far as the draw is a wide one, and gets no further than chance.** The least exploitable prey are those of
-  {soft.learner.name}: {soft.at("prey", -1, early)} of them are caught within {early} steps and {soft.at("prey", -1, torus.half)} within {torus.half}; of prey that move at random
+  {first} of the first generation within {early} steps, {paper.at("prey", third, early)} of generation {paper.looks[third]}, and {last} of the last, where optimal
+  prey lose {torus.optimal[early - 1]:.3f}. Within {torus.half} steps they catch {paper.at("prey", 0, torus.half)} of the first generation and {paper.at("prey", -1, torus.half)} of the last,
+  where optimal prey lose {torus.optimal[torus.half - 1]:.3f}. The race makes neither side safe from who knows it.
+- **Drawing actions helps as far as the draw is a wide one, and gets no further than chance.** Of the prey of
+  {soft.learner.name} {soft.at("prey", -1, early)} are caught within {early} steps and {soft.at("prey", -1, torus.half)} within {torus.half}; of prey that move at random
   {chance[early - 1]:.3f} and {chance[torus.half - 1]:.3f}. Its votes are bounded, so that no action's chance grows large. Where they are not (`drawn-3v1`, PPO) the prey
   are caught like those that do not draw.
 """
@@ -82,8 +83,8 @@ At one and a half times the size, as the paper's 150 steps are on 100, and how m
 
 Other teams, at one and a half times the size. Of two prey it is the mean share: they flee together, as one player.
 
-| torus, steps | predators v prey | share caught | positions | solved in |
-| --- | --- | ---: | ---: | ---: |
+| torus, steps | predators v prey | share caught | positions |
+| --- | --- | ---: | ---: |
 {_teams(teams)}
 """
 
@@ -105,7 +106,7 @@ def _sizes(sizes: list[tuple[Value, Value]]) -> str:
 def _teams(teams: list[Value]) -> str:
     return "\n".join(
         f"| {value.game.name} | {value.game.config.n_predators} v {value.game.config.n_prey} | {value.mean:.3f} "
-        f"| {value.n_states:,} | {value.seconds:.1f} s |"
+        f"| {value.n_states:,} |"
         for value in teams
     )
 

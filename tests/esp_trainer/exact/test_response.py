@@ -276,3 +276,29 @@ def test_chances_of_many_positions_are_asked_for_at_once() -> None:
     policy = Batched()
     assert (chances(policy, "prey", MEDIUM.replace(size=6)) == 0.25).all()
     assert policy.asked == [32768, 6**6 - 32768]
+
+
+@pytest.mark.parametrize(
+    ("method", "shape"),
+    [("chances_batch", (1, 1, 4)), ("chances_batch", (729, 2, 4)), ("act_batch", (729,)), ("act_batch", (1, 1))],
+)
+def test_answers_about_many_positions_must_have_their_shape(method: str, shape: tuple[int, ...]) -> None:
+    policy = Moody()
+    setattr(policy, method, lambda _: np.full(shape, 0.25 if method == "chances_batch" else 0))
+    with pytest.raises(ValueError, match=r"the policy must answer with an array of shape \(729, 1.*, got"):
+        chances(policy, "prey", EnvConfig(size=3, n_prey=1))
+
+
+def test_a_policy_that_does_not_draw_is_asked_what_it_does() -> None:
+    class Certain(Moody):
+        drawn = False
+
+        def chances_batch(self, observations: np.ndarray) -> np.ndarray:
+            raise AssertionError
+
+        def act_batch(self, observations: np.ndarray) -> np.ndarray:
+            self.asked += 1
+            return np.full(observations.shape[:2], self.asked % 4)
+
+    with pytest.raises(ValueError, match="the policy does not always do the same in a position"):
+        chances(Certain(), "prey", EnvConfig(size=3, n_prey=1))
