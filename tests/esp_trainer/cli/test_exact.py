@@ -73,7 +73,7 @@ def test_a_game_is_solved_told_and_saved(tmp_path: Path, capsys: pytest.CaptureF
     assert [line.split()[0] for line in lines[3:8]] == ["1", "2", "3", "4", "5"]
     assert lines[7].split() == ["5", "0.798", "0.704", "0.777", "0.830", "0.872"]
     assert lines[8] == f"the solved game is in {file}: 0.1 MB"
-    assert told.err.startswith("some 0 MB of memory are needed")
+    assert told.err.startswith("some 1 MB of memory are needed")
     assert Solution.load(file).horizon == 5
 
 
