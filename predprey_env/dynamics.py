@@ -105,6 +105,21 @@ def predators_turn(world: World, actions: Any, rules: Rules) -> None:
     capture(world, rules)
 
 
+# Whose turn it is.
+NOBODY, EVERYBODY, PREY, PREDATORS = range(4)
+
+
+@rule
+def take_turn(world: World, actions: Any, turn: int, rules: Rules) -> None:
+    """A time step, or the half of one that is somebody's."""
+    if turn == EVERYBODY:
+        step(world, actions, rules)
+    elif turn == PREY:
+        prey_turn(world, actions, rules)
+    elif turn == PREDATORS:
+        predators_turn(world, actions, rules)
+
+
 @rule
 def count_alive(world: World, rules: Rules) -> Any:
     """How many prey are not caught."""

@@ -13,7 +13,7 @@ from pettingzoo import ParallelEnv
 from predprey_env.actions import check_agents, read_action
 from predprey_env.compilation import entry_point
 from predprey_env.config import TEAMS, EnvConfig, Rules
-from predprey_env.dynamics import World, is_over, predators_turn, prey_turn, step
+from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
 from predprey_env.policies.names import PREFIXES
@@ -33,19 +33,10 @@ Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
-# Whose turn a call of step() is.
-NOBODY, EVERYBODY, PREY, PREDATORS = range(4)
-
-
 @entry_point
 def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, seen: Any, scores: Any) -> bool:
     """Play a turn, then look: observations, fitness, and whether this is the end."""
-    if turn == EVERYBODY:
-        step(world, actions, rules)
-    elif turn == PREY:
-        prey_turn(world, actions, rules)
-    elif turn == PREDATORS:
-        predators_turn(world, actions, rules)
+    take_turn(world, actions, turn, rules)
     row = 0
     for agent in range(rules.n_predators + rules.n_prey):
         row = observe(world, agent, rules, seen, row)

@@ -71,8 +71,8 @@ class Settings:
 
     @property
     def env(self) -> EnvConfig:
-        """The world."""
-        return TASKS[self.task].replace(size=self.size, max_cycles=self.size * 3 // 2, reward=self.reward)
+        """The world, whatever it rewards."""
+        return TASKS[self.task].replace(size=self.size, max_cycles=self.size * 3 // 2)
 
 
 class Policy(nn.Module):
@@ -108,8 +108,7 @@ class Policy(nn.Module):
             genome[:-1] = np.concatenate([2 * see, 2 * know[:, None], 2 * out.T], axis=1)
             genome[-1, see.shape[1] :] = np.concatenate([[ALWAYS_ON], offset - out.sum(axis=1)])
         controller = make_controller(side, offset_wiring(side, n_opponents), n_actions)
-        world = env.replace(reward=TASKS["3v2"].reward)  # what was learned from is told besides
-        origin = {"preset": "ppo", "env": world.model_dump(), **provenance}
+        origin = {"preset": "ppo", "env": env.model_dump(), **provenance}
         return Team(role, side, controller, genomes, origin, controller.n_seen)
 
 
@@ -140,7 +139,8 @@ class Worlds:
         """Share of prey caught in each episode that ended."""
 
     def _env(self, opponent: str | Team) -> Any:
-        return vector_env(self.settings.n_worlds, self.role, opponent, "SameStep", **self.settings.env.model_dump())
+        env = self.settings.env.replace(reward=self.settings.reward)
+        return vector_env(self.settings.n_worlds, self.role, opponent, "SameStep", **env.model_dump())
 
     def _begin(self, i: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         seed = (1 + self.settings.seed) * 1_000_003 + self._n_begun * self.settings.n_worlds

@@ -54,8 +54,7 @@ def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Epis
         seen = {agent: view for agent, view in observations.items() if infos[agent]["in_turn"]}
         hunters = {agent: view for agent, view in seen.items() if agent.startswith("predator")}
         hunted = {agent: view for agent, view in seen.items() if agent.startswith("prey")}
-        actions = {**(predators.act(hunters) if hunters else {}), **(prey.act(hunted) if hunted else {})}
-        observations, _, _, _, infos = game.step(actions)
+        observations, _, _, _, infos = game.step({**predators.act(hunters), **prey.act(hunted)})
         worlds.append(_world(game))
         times.append(float(game.state()[-1]) * env.max_cycles)
     return Episode(env, tuple(worlds), tuple(np.round(times, 1).tolist()))

@@ -50,11 +50,10 @@ class WeighingPolicy(BatchedPolicy):
         self.drawn = drawn
 
     def chances_batch(self, observations: np.ndarray) -> np.ndarray:
-        """The chances of each action, float64 ``(n_worlds, n_agents, n_actions)``, for observations float32
-        ``(n_worlds, n_agents, n_seen)``; :class:`ValueError` if it draws and does not say how.
+        """The chances with which it draws each action, float64 ``(n_worlds, n_agents, n_actions)``, for observations
+        float32 ``(n_worlds, n_agents, n_seen)``; :class:`ValueError` if it does not say them.
         """
-        rows = observations.reshape(-1, observations.shape[-1])
-        found = self.weigh(rows) if self.drawn else np.eye(self._n_actions)[self.choose(rows)]
+        found = self.weigh(observations.reshape(-1, observations.shape[-1]))
         return found.astype(np.float64).reshape(*observations.shape[:-1], self._n_actions)
 
     @abstractmethod

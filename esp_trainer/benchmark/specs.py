@@ -65,6 +65,8 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
         raise PolicyError(
             f"only policies of sb3: and torch: can be drawn, got {spec}: a team says itself how it chooses"
         )
+    if kind == "optimal":
+        raise PolicyError(f"optimal play changes with the steps left, and is only for esp-trainer replay, got {spec}")
     known = known_teams()
     if spec in SCRIPTS[role]:
         return Candidate(spec, ScriptedTeams(spec), spec)

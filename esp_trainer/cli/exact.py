@@ -25,12 +25,13 @@ def solve(config: EnvConfig, out: Path | None) -> int:
     if out:
         check_place(out)
     horizon = config.max_cycles
-    solution = _solved(config, memory_needed(config, horizon))
+    _promise(memory_needed(config, horizon))
+    solution = _solved(config)
     print(f"{_words(config)}, both sides playing optimally: the share of prey caught")
-    columns = [by_parity(solution, steps) for steps in range(1, horizon + 1)]
-    _tell_heads("within steps", columns[0][1])
+    _tell_heads(by_parity(solution, horizon)[1])
+    print("  within steps")
     for steps in sorted({*range(1, horizon, max(1, horizon // 10)), horizon}):
-        _tell(f"{steps}", *columns[steps - 1])
+        _tell(f"{steps}", *by_parity(solution, steps))
     if out:
         solution.save(out)
         print(f"the solved game is in {out}: {out.stat().st_size / 1e6:,.1f} MB")
@@ -40,28 +41,30 @@ def solve(config: EnvConfig, out: Path | None) -> int:
 def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> int:
     """Solve the game, answer the policy optimally, and say what it loses."""
     horizon = config.max_cycles
-    check_memory(memory_needed(config, horizon))  # at once, as the rest of it takes long to work out for many prey
     player = load_candidate(spec, role, config, drawn=drawn).player
-    needed = memory_needed(config, horizon) + memory_for_response(config, role)
-    check_memory(needed)
+    _promise(memory_needed(config, horizon) + memory_for_response(config, role))
     fixed = chances(player, role, config)  # first, as it may turn out that it cannot be asked
-    solution = _solved(config, needed)
+    solution = _solved(config)
     with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="answering the policy") as bar:
         values = np.empty(0)
         for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - the last is wanted
             bar.update()
     found = measured(values, role, solution, horizon)
     print(f"{spec}, {role} on {_words(config)}: the share of prey caught")
-    _tell_heads("", found.optimal_by_even)
+    _tell_heads(found.optimal_by_even)
     _tell("when both sides play optimally", found.optimal, found.optimal_by_even)
     _tell("against the best response to this policy", found.exploited, found.exploited_by_even)
     print(f"exploitability: {found.loss:.3f} of the prey")
     return 0
 
 
-def _solved(config: EnvConfig, needed: int) -> Solution:
+def _promise(needed: int) -> None:
+    """Say how much memory it takes, or that it is not there."""
     check_memory(needed)
     print(f"some {needed / 1e6:,.0f} MB of memory are needed", file=sys.stderr)
+
+
+def _solved(config: EnvConfig) -> Solution:
     plain = not sys.stderr.isatty()
     with tqdm(
         total=100, disable=plain, desc="solving", bar_format="{desc} {percentage:3.0f}% |{bar}| {remaining}"
@@ -76,11 +79,9 @@ def _words(config: EnvConfig) -> str:
     return f"a torus of {config.size} x {config.size}, {teams}, {config.max_cycles} steps{idle}{order}"
 
 
-def _tell_heads(title: str, by_even: list[float]) -> None:
+def _tell_heads(by_even: list[float]) -> None:
     pairs = "".join(f"{n:>{_WIDTH}}" for n, value in enumerate(by_even) if not np.isnan(value))
     print(f"  {'by predator-prey pairs at an even distance at the start':56}{'all':>{_WIDTH}}{pairs}")
-    if title:
-        print(f"  {title}")
 
 
 def _tell(what: str, mean: float, by_even: list[float]) -> None:

@@ -80,8 +80,8 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
 
     A policy must do in a position what it always does there, or say its chances by a method
     ``chances(observations) -> {agent: chances}``, or ``chances_batch`` of many positions, from float32
-    ``(n, n_agents, n_seen)`` to ``(n, n_agents, n_actions)``; what remembers or draws otherwise is a
-    :class:`ValueError`.
+    ``(n, n_agents, n_seen)`` to ``(n, n_agents, n_actions)``; an attribute ``drawn`` that is false says that it takes
+    the most likely nevertheless. What remembers or draws otherwise is a :class:`ValueError`.
 
     Args:
         policy: Meets the policy protocol.
@@ -89,7 +89,7 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
         config: The world.
     """
     seen, n_actions = views(config, role), config.team(role).n_actions
-    if hasattr(policy, "chances_batch") and getattr(policy, "drawn", True):  # or it is seen whether it is of one mind
+    if hasattr(policy, "chances_batch") and getattr(policy, "drawn", True):
         found = [_shaped(policy.chances_batch(part), (*part.shape[:2], n_actions)) for part in _parts(seen)]
         return _checked(np.concatenate(found), n_actions)
     if hasattr(policy, "chances"):

@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import product
+from math import comb
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from esp_trainer.evaluation.fused import cores
 from esp_trainer.exact.chances import survivors
-from esp_trainer.exact.solution import Solution, after_turn, by_parity, look_round, means_by_parity
-from esp_trainer.exact.states import Moves, read_key, turns_of
+from esp_trainer.exact.solution import (
+    Solution,
+    after_turn,
+    assign,
+    by_parity,
+    joint_actions,
+    look_round,
+    means_by_parity,
+)
+from esp_trainer.exact.states import Moves, n_keys, read_key, turns_of
 from esp_trainer.types import Role
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
@@ -73,20 +81,32 @@ def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: 
     Yields:
         float64 ``(n_keys,)``. What states with a predator in a prey's cell hold means nothing.
     """
-    turns, games = turns_of(config), survivors(config)
-    later, now = np.zeros((2, games[-1].keys.stop))
+    turns, parts = turns_of(config), _parts_of(config)
+    later, now = np.zeros((2, len(chances)))
+    still = np.ones((*chances.shape[:2], 1)) if len(turns) > 1 else chances  # of who does not move in a turn
     with ThreadPoolExecutor(cores()) as pool:
         for _ in range(horizon):
             for moves in reversed(turns):
-                acts = (moves.cell.shape[1] if role == "predators" else moves.cell.shape[2]) > 1
-                fixed = chances if acts else np.ones((len(chances), chances.shape[1], 1))
-                for prey, keys in games:
-                    _solve_game(pool, Game.of(prey, config), moves, fixed, role, (later, now), keys)
+                moving = (moves.cell.shape[1] if role == "predators" else moves.cell.shape[2]) > 1
+                fixed = chances if moving else still
+
+                def answer(
+                    part: tuple[_Game, slice],
+                    moves: Moves = moves,
+                    fixed: np.ndarray = fixed,
+                    later: np.ndarray = later,
+                    now: np.ndarray = now,
+                ) -> None:
+                    game, keys = part
+                    room = _make_room(game, moves, role)
+                    _answer(game, moves, fixed[keys], role == "predators", later, now[keys], keys.start, room)
+
+                list(pool.map(answer, parts))
                 later, now = now, later
-            yield later[games[-1].keys].copy()
+            yield later[survivors(config)[-1].keys].copy()
 
 
-class Game(NamedTuple):
+class _Game(NamedTuple):
     """The part of the game in which certain prey are left."""
 
     n_predators: int
@@ -95,34 +115,18 @@ class Game(NamedTuple):
     begins: Any
     """Where the states begin in which some of them are free, by the bits that say which: int64 ``(2 ** n_prey,)``."""
 
-    @classmethod
-    def of(cls, prey: tuple[int, ...], config: EnvConfig) -> Game:
-        """Where just those prey are left."""
+
+def _parts_of(config: EnvConfig) -> list[tuple[_Game, slice]]:
+    """All states, in portions with the same prey left."""
+    found, games = [], survivors(config)
+    for prey, keys in games:
         begins = np.zeros(2 ** len(prey), np.int64)
-        for others, keys in survivors(config):
+        for others, theirs in games:
             if set(others) <= set(prey):
-                begins[sum(1 << prey.index(each) for each in others)] = keys.start
-        return cls(config.n_predators, np.array(prey), begins)
-
-
-def _solve_game(
-    pool: ThreadPoolExecutor,
-    game: Game,
-    moves: Moves,
-    chances: np.ndarray,
-    role: Role,
-    values: tuple[np.ndarray, np.ndarray],
-    keys: slice,
-) -> None:
-    """One turn of it, in parts."""
-    later, now = values
-    fixed, of_game, n_keys = chances[keys], now[keys], keys.stop - keys.start
-
-    def part(first: int) -> None:
-        last = min(first + _PART, n_keys)
-        _answer(game, moves, fixed, role == "predators", later, of_game, first, last, _make_room(game, moves, role))
-
-    list(pool.map(part, range(0, n_keys, _PART)))
+                begins[sum(1 << prey.index(each) for each in others)] = theirs.start
+        game = _Game(config.n_predators, np.array(prey), begins)
+        found += [(game, slice(first, min(first + _PART, keys.stop))) for first in range(keys.start, keys.stop, _PART)]
+    return found
 
 
 class _Room(NamedTuple):
@@ -130,72 +134,64 @@ class _Room(NamedTuple):
     seen: Any
     actions: Any
     fixed: Any
-    """The fixed side's joint actions: int64 ``(n_joint, n_agents of it)``."""
-    free: Any
+    """The fixed side's joint actions."""
+    answers: Any
     """The other's."""
     totals: Any
     """What the latter lead to: float64 ``(n_joint,)``."""
 
 
-def _make_room(game: Game, moves: Moves, role: Role) -> _Room:
+def _make_room(game: _Game, moves: Moves, role: Role) -> _Room:
     """Each thread needs its own."""
     n_prey = len(game.prey)
     n_agents = game.n_predators + n_prey
-    fixed, free = (
-        np.array(list(product(range(n_actions), repeat=n)))
-        for n_actions, n in zip(moves.cell.shape[1:], (game.n_predators, n_prey), strict=True)
-    )
-    if role == "prey":
-        fixed, free = free, fixed
+    joints, flights = joint_actions(moves, game.n_predators, n_prey)
+    fixed, answers = (joints, flights) if role == "predators" else (flights, joints)
     cells, seen, actions = (np.zeros(shape, np.int64) for shape in ((n_agents,), (n_prey, n_agents), (n_agents,)))
-    return _Room(cells, seen, actions, fixed, free, np.zeros(len(free)))
+    return _Room(cells, seen, actions, fixed, answers, np.zeros(len(answers)))
 
 
 def memory_for_response(config: EnvConfig, role: Role) -> int:
     """Bytes, at most, that :func:`best_response` takes together with the chances that it is given."""
     shape = config.team(role)
-    n_states: int = survivors(config)[-1].keys.stop
+    games = range(1, config.n_prey + 1)
+    n_states = sum(comb(config.n_prey, n) * n_keys(config.size, config.n_predators, n) for n in games)
     return 8 * n_states * (shape.n_agents * (4 * shape.n_actions + shape.n_seen) + 6)
 
 
 @entry_point
 def _answer(
-    game: Game,
-    moves: Moves,
-    chances: Any,
-    predators_fixed: bool,
-    later: Any,
-    now: Any,
-    first: int,
-    last: int,
-    room: _Room,
+    game: _Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: _Room
 ) -> None:
-    """The other side's best: the joint action after which fewest prey are caught, or most."""
+    """The other side's best in the states from ``first`` on: the joint action after which fewest prey are caught, or
+    most.
+    """
     n_predators, n_prey = game.n_predators, len(game.prey)
-    first_fixed, first_free = (0, n_predators) if predators_fixed else (n_predators, 0)
-    for key in range(first, last):
-        if not read_key(key, moves.size * moves.size, n_predators, room.cells):
+    first_fixed, first_answer = (0, n_predators) if predators_fixed else (n_predators, 0)
+    first_key = first - game.begins[-1]
+    for state in range(len(now)):
+        if not read_key(first_key + state, moves.size * moves.size, n_predators, room.cells):
             continue
         look_round(room.cells, moves.size, room.seen)
         room.totals[:] = 0.0
         for joint in range(len(room.fixed)):
-            weight = _chance(game, chances[key], predators_fixed, room.fixed[joint])
+            weight = _chance(game, chances[state], predators_fixed, room.fixed[joint])
             if weight == 0.0:
                 continue
-            _copy(room.fixed[joint], room.actions, first_fixed)
-            for answer in range(len(room.free)):
-                _copy(room.free[answer], room.actions, first_free)
+            assign(room.fixed[joint], room.actions, first_fixed)
+            for answer in range(len(room.answers)):
+                assign(room.answers[answer], room.actions, first_answer)
                 left, free, after = after_turn(room.seen, room.actions, moves)
                 more = later[game.begins[free] + after] if left > 0 else 0.0
                 room.totals[answer] += weight * (n_prey - left + more)
         best = room.totals[0]
         for total in room.totals:
             best = min(best, total) if predators_fixed else max(best, total)
-        now[key] = best
+        now[state] = best
 
 
 @rule
-def _chance(game: Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
+def _chance(game: _Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
     """Of a joint action of the fixed side."""
     chance = 1.0
     for i in range(len(joint)):
@@ -203,10 +199,3 @@ def _chance(game: Game, chances: Any, predators_fixed: bool, joint: Any) -> floa
         if chance == 0.0:
             break
     return chance
-
-
-@rule
-def _copy(joint: Any, actions: Any, first: int) -> None:
-    """Give a joint action to those who take it, from the ``first`` of them on."""
-    for i in range(len(joint)):
-        actions[first + i] = joint[i]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,6 +45,28 @@ class Solution:
         """The longest game that is solved, in steps."""
         return (len(self.values) - 1) // len(self.turns)
 
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """How many starts each state with all prey free stands for, float64 ``(n_states of them,)``."""
+        first, number = self.states.first[-2], self.number
+        found = np.zeros(len(self.states.cells) - first)
+        for begin in range(0, len(number), _CHUNK):
+            part = number[begin : begin + _CHUNK]
+            found += np.bincount(part[part >= 0] - first, minlength=len(found))
+        return found
+
+    @cached_property
+    def even(self) -> np.ndarray:
+        """How many pairs of a predator and a prey are at an even distance in each of them, int likewise."""
+        cells = self.states.cells[self.states.first[-2] :]
+        far = distances(np.stack(np.divmod(cells, self.config.size), axis=-1), self.config)
+        return np.asarray((far % 2 == 0).sum(axis=(1, 2)))
+
+    @property
+    def number(self) -> np.ndarray:
+        """Which state stands for each key with all prey free."""
+        return np.asarray(self.states.number[self.states.first_key[-2] :])
+
     def plays(self, env: EnvConfig) -> bool:
         """Whether a world has the same moves, whatever it counts and however long it lasts."""
         same = ("size", "n_predators", "n_prey", "move_order", "swap_captures", "predator_idle")
@@ -56,7 +80,7 @@ class Solution:
         x, y = np.divmod(cells, size)
         seen = (x - x[..., first, None]) % size * size + (y - y[..., first, None]) % size
         keys = np.delete(seen, first, axis=-1) @ (size**2) ** np.arange(self.config.n_agents - 1)[::-1]
-        return np.asarray(self.values[steps * len(self.turns), self.states.number[self.states.first_key[-2] + keys]])
+        return np.asarray(self.values[steps * len(self.turns), self.number[keys]])
 
     def save(self, path: Path | str) -> None:
         """Write the values to a file; the rest follows from the world."""
@@ -150,13 +174,27 @@ class Room(NamedTuple):
     """int64 ``(n_prey, n_agents)``: everybody's cell, seen from each prey."""
     actions: Any
     """int64 ``(n_agents,)``."""
+    joints: Any
+    """The predators' joint actions; see :func:`joint_actions`."""
+    flights: Any
+    """The prey's."""
+
+
+def joint_actions(moves: Moves, n_predators: int, n_prey: int) -> tuple[np.ndarray, np.ndarray]:
+    """All that the predators can do in a turn, and all that the prey can: an action for each agent of the team, int64
+    ``(n_joint, n_agents)``.
+    """
+    n_actions, n_prey_actions = moves.cell.shape[1:]
+    predators = list(product(range(n_actions), repeat=n_predators))
+    return np.array(predators), np.array(list(product(range(n_prey_actions), repeat=n_prey)))
 
 
 def make_room(n_predators: int, n_prey: int, moves: Moves) -> Room:
     """Each thread needs its own."""
     n_agents = n_predators + n_prey
-    work = make_workspace(moves.cell.shape[1] ** n_predators, moves.cell.shape[2] ** n_prey)
-    return Room(work, np.zeros((n_prey, n_agents), np.int64), np.zeros(n_agents, np.int64))
+    joints, flights = joint_actions(moves, n_predators, n_prey)
+    work = make_workspace(len(joints), len(flights))
+    return Room(work, np.zeros((n_prey, n_agents), np.int64), np.zeros(n_agents, np.int64), joints, flights)
 
 
 @entry_point
@@ -169,16 +207,13 @@ def _back_up(states: States, moves: Moves, later: Any, now: Any, first: int, las
 
 @rule
 def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, room: Room) -> None:
-    """The matrix game of a state: what predators win by their joint action, and by the prey's. The digits of a joint
-    action are the agents' own, the first one's the highest.
-    """
+    """The matrix game of a state: what predators win by their joint action, and by the prey's."""
     n_prey, n_agents = room.seen.shape
-    n_predators = n_agents - n_prey
     look_round(cells, moves.size, room.seen)
-    for column in range(room.work.payoffs.shape[1]):
-        take_apart(column, moves.cell.shape[2], room.actions, n_predators, n_agents)
-        for row in range(room.work.payoffs.shape[0]):
-            take_apart(row, moves.cell.shape[1], room.actions, 0, n_predators)
+    for column in range(len(room.flights)):
+        assign(room.flights[column], room.actions, n_agents - n_prey)
+        for row in range(len(room.joints)):
+            assign(room.joints[row], room.actions, 0)
             left, _, key = after_turn(room.seen, room.actions, moves)
             more = later[states.number[states.first_key[left - 1] + key]] if left > 0 else 0.0
             room.work.payoffs[row, column] = n_prey - left + more
@@ -194,11 +229,10 @@ def look_round(cells: Any, size: int, seen: Any) -> None:
 
 
 @rule
-def take_apart(joint: int, n_actions: int, actions: Any, first: int, last: int) -> None:
-    """A joint action's digits, to the actions of some agents."""
-    for i in range(last - 1, first - 1, -1):
-        actions[i] = joint % n_actions
-        joint //= n_actions
+def assign(joint: Any, actions: Any, first: int) -> None:
+    """Give a joint action to those who take it, from the ``first`` of them on."""
+    for i in range(len(joint)):
+        actions[first + i] = joint[i]
 
 
 @rule
@@ -232,12 +266,8 @@ def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
     """Mean share of the prey that is caught over all starts, and over those with 0, 1, 2, ... predators at an even
     distance; see :func:`means_by_parity`.
     """
-    first = solution.states.first[-2]
-    number, weights = _numbers(solution), np.zeros(len(solution.states.cells) - first)
-    for begin in range(0, len(number), _CHUNK):
-        part = number[begin : begin + _CHUNK]
-        weights += np.bincount(part[part >= 0] - first, minlength=len(weights))
-    return _means(solution.values[steps * len(solution.turns), first:], solution, slice(first, None), weights)
+    caught = solution.values[steps * len(solution.turns), solution.states.first[-2] :]
+    return _means(caught, solution.weights, solution.even, solution.config)
 
 
 def means_by_parity(values: np.ndarray, solution: Solution) -> tuple[float, list[float]]:
@@ -251,22 +281,13 @@ def means_by_parity(values: np.ndarray, solution: Solution) -> tuple[float, list
         values: How many prey are caught, for each key with all prey free, ``(n_keys,)``.
         solution: Of the same game.
     """
-    number = _numbers(solution)
-    return _means(values[number >= 0], solution, number[number >= 0], np.ones(int((number >= 0).sum())))
+    starts = solution.number >= 0
+    even = solution.even[solution.number[starts] - solution.states.first[-2]]
+    return _means(values[starts], np.ones(len(even)), even, solution.config)
 
 
-def _numbers(solution: Solution) -> np.ndarray:
-    """Of the states with all prey free."""
-    return np.asarray(solution.states.number[solution.states.first_key[-2] :])
-
-
-def _means(
-    caught: np.ndarray, solution: Solution, states: np.ndarray | slice, weights: np.ndarray
-) -> tuple[float, list[float]]:
-    config, shares = solution.config, caught / solution.config.n_prey
-    places = np.stack(np.divmod(solution.states.cells, config.size), axis=-1)
-    far = distances(places, config)
-    even = (far % 2 == 0).sum(axis=(1, 2))[states]
+def _means(caught: np.ndarray, weights: np.ndarray, even: np.ndarray, config: EnvConfig) -> tuple[float, list[float]]:
+    shares = caught / config.n_prey
     means = [
         float(np.average(shares[even == n], weights=weights[even == n])) if (even == n).any() else float("nan")
         for n in range(config.n_predators * config.n_prey + 1)

@@ -15,11 +15,8 @@ import numpy as np
 
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import World, predators_turn, prey_turn, step
+from predprey_env.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
 from predprey_env.torus import wrap
-
-EVERYBODY, PREY, PREDATORS = range(3)
-"""Whose turn it is."""
 
 
 class Moves(NamedTuple):
@@ -86,12 +83,7 @@ def _fill_moves(after: Any, caught: Any, turn: int, rules: Rules, world: World, 
                 world.x[0], world.y[0], world.x[1], world.y[1] = cell // size, cell % size, 0, 0
                 world.alive[:] = 1
                 actions[0], actions[1] = action, prey_action
-                if turn == EVERYBODY:
-                    step(world, actions, rules)
-                elif turn == PREY:
-                    prey_turn(world, actions, rules)
-                else:
-                    predators_turn(world, actions, rules)
+                take_turn(world, actions, turn, rules)
                 dx, dy = wrap(world.x[0] - world.x[1], size), wrap(world.y[0] - world.y[1], size)
                 after[cell, action, prey_action] = dx * size + dy
                 caught[cell, action, prey_action] = world.alive[rules.n_prey - 1] == 0
@@ -114,20 +106,20 @@ def states_of(size: int, n_predators: int, n_prey: int = 1) -> States:
     number = np.full(keys[-1], -1, np.int32)
     first, cells = [0], []
     for left in range(1, n_prey + 1):
-        n_agents = n_predators + left
+        n_agents, of_game = n_predators + left, number[keys[left - 1] : keys[left]]
         room = np.zeros((_count(size * size, n_predators, left), n_agents), np.int32)
-        orders = [(*a, *(n_predators + np.array(b))) for a, b in product(*map(_orders, (n_predators, left)))]
         scratch = np.zeros((2, n_agents), np.int32)
-        of_game = number[keys[left - 1] : keys[left]]
-        all_orders = np.array(orders, np.int32)
-        found = _number(of_game, room, first[-1], size, symmetries(size), all_orders, n_predators, scratch)
+        orders = _orders(n_predators, left)
+        found = _number(of_game, room, first[-1], size, symmetries(size), orders, n_predators, scratch)
         cells.append(np.pad(room[:found], ((0, 0), (0, n_prey - left)), constant_values=-1))
         first.append(first[-1] + found)
     return States(np.concatenate(cells), number, keys.astype(np.int64), np.array(first, np.int64))
 
 
-def _orders(n: int) -> list[tuple[int, ...]]:
-    return list(permutations(range(n)))
+def _orders(n_predators: int, n_prey: int) -> np.ndarray:
+    """In which agents can stand for one another, int32 ``(n_orders, n_agents)``."""
+    predators, prey = range(n_predators), range(n_predators, n_predators + n_prey)
+    return np.array([a + b for a, b in product(permutations(predators), permutations(prey))], np.int32)
 
 
 def symmetries(size: int) -> np.ndarray:

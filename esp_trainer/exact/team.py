@@ -59,11 +59,10 @@ class OptimalTeam:
         cells, prey = self.position({number: observations[agent] for number, agent in names.items()})
         actions = dict.fromkeys(names, 0)
         if prey:
-            who = range(self.solution.config.n_predators) if self.role == "predators" else prey
-            rows, columns = self.strategies(cells, steps_left)
-            chances, n_actions = (rows if self.role == "predators" else columns), self._n_actions
-            joint = np.unravel_index(self._draw(chances), (n_actions,) * len(who))
-            actions |= dict(zip(who, map(int, joint), strict=True))
+            room, (rows, columns) = self._rooms[len(prey) - 1], self.strategies(cells, steps_left)
+            hunting = self.role == "predators"
+            joint = room.joints[self._draw(rows)] if hunting else room.flights[self._draw(columns)]
+            actions |= dict(zip(range(len(joint)) if hunting else prey, joint.tolist(), strict=True))
         return {names[number]: action for number, action in actions.items()}
 
     def strategies(self, cells: np.ndarray, steps_left: int) -> tuple[np.ndarray, np.ndarray]:
@@ -96,10 +95,6 @@ class OptimalTeam:
             predators = [prey[0] - views[i][free[0]] for i in range(config.n_predators)] if free else []
         x, y = np.array([*predators, *prey], np.int64).reshape(-1, 2).T % config.size
         return x * config.size + y, free
-
-    @property
-    def _n_actions(self) -> int:
-        return self.solution.config.team(self.role).n_actions
 
     def _draw(self, chances: np.ndarray) -> int:
         """An index, with those chances."""

@@ -138,11 +138,11 @@ def _scripts(solution: Solution) -> dict[tuple[str, Role], np.ndarray]:
 def _course(learner: Learner, seed: int, generations: int, place: Path, solution: Solution) -> dict[str, Any]:
     """One seed, as JSON values."""
     name = f"{learner.name}-{learner.size}".replace(", ", "-").replace(" ", "-")
-    kept = place / name / f"seed-{seed}.json"
-    if kept.exists():
-        return dict(json.loads(kept.read_text()))
+    kept, asked = place / name / f"seed-{seed}.json", {**learner._asdict(), "generations": generations}
+    if kept.exists() and (found := json.loads(kept.read_text()))["asked"] == asked:
+        return dict(found)
     config = solution.config
-    found: dict[str, Any] = {"looks": [], "predators": [], "prey": [], "met": []}
+    found = {"asked": asked, "looks": [], "predators": [], "prey": [], "met": []}
     for look, teams in _looks(learner, seed, generations, config, place):
         found["looks"].append(look)
         for role in ROLES:

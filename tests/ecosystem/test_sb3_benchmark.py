@@ -138,7 +138,6 @@ def test_a_module_of_torch_draws_by_the_softmax_of_its_outputs() -> None:
     assert set(TorchPolicy(Fixed(), PREDATORS).choose(np.zeros((9, 4), np.float32))) == {3}
     seen = np.zeros((2, 3, 4), np.float32)
     np.testing.assert_allclose(policy.chances_batch(seen), np.full((2, 3, 5), [0.1, 0.2, 0.3, 0.4, 0]), atol=1e-6)
-    assert (TorchPolicy(Fixed(), PREDATORS).chances_batch(seen) == np.eye(5)[3]).all()
 
 
 def test_a_model_of_sb3_draws_with_the_chances_that_it_says(zip_file: Path) -> None:
@@ -148,7 +147,6 @@ def test_a_model_of_sb3_draws_with_the_chances_that_it_says(zip_file: Path) -> N
     assert chances.shape == (40, 3, 5)
     np.testing.assert_allclose(chances.sum(axis=2), 1, atol=1e-6)
     assert (chances.argmax(axis=2) == likely.act_batch(views())).all()
-    assert (likely.chances_batch(views()) == np.eye(5)[likely.act_batch(views())]).all()
     policy.reset(0)
     drawn = policy.act_batch(np.repeat(views()[:1], 4000, axis=0))[:, 0]
     np.testing.assert_allclose(np.bincount(drawn, minlength=5) / 4000, chances[0, 0], atol=0.04)

@@ -124,12 +124,11 @@ class Weighs(WeighingPolicy):
         return np.eye(5, dtype=np.float32)[rows[:, 1].astype(int)]
 
 
-@pytest.mark.parametrize("drawn", [False, True])
-def test_chances_are_those_it_draws_with_or_certain(drawn: bool):
+def test_chances_are_those_it_draws_with():
     seen = np.random.default_rng(2).integers(0, 5, (6, 3, 4)).astype(np.float32)
-    chances = Weighs(SHAPE, drawn=drawn).chances_batch(seen)
+    chances = Weighs(SHAPE, drawn=True).chances_batch(seen)
     assert chances.dtype == np.float64
-    assert (chances == np.eye(5)[seen[..., int(drawn)].astype(int)]).all()
+    assert (chances == np.eye(5)[seen[..., 1].astype(int)]).all()
 
 
 def test_a_model_without_chances_cannot_be_measured_when_it_draws():
