@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from esp_trainer.benchmark.report import Result, save, table
-from esp_trainer.cli import _parser
+from esp_trainer.cli.parser import make_parser
 
 Make = Callable[..., Result]
 
@@ -90,7 +90,7 @@ def test_part_of_a_way_is_kept_as_part_of_it(result: Make, tmp_path: Path):
 @pytest.mark.parametrize("spec", ["my_policies:hunters", "a dir/it's.safetensors", 'sb3:PPO:"x" $HOME.zip'])
 def test_the_command_is_understood_by_a_shell_and_by_us(spec: str, result: Make):
     words = shlex.split(result(spec=spec, drawn=True).command)
-    options = _parser().parse_args(words[1:])
+    options = make_parser().parse_args(words[1:])
     assert words[0] == "esp-trainer"
     assert (options.policy, options.role, options.task) == (spec, "predators", "3v2")
     assert (options.episodes, options.seed, options.drawn) == (64, 5, True)
