@@ -3,10 +3,10 @@
 import pettingzoo
 
 from predprey_env.config import EnvConfig
-from predprey_env.parallel_env import PredPreyEnv
+from predprey_env.envs.parallel import PredPreyEnv
+from predprey_env.envs.team import TeamView, team_view
+from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
-from predprey_env.team_view import TeamView, team_view
-from predprey_env.vector_env import PredPreyVectorEnv, vector_env
 
 __all__ = [
     "EnvConfig",

@@ -133,7 +133,7 @@ from pettingzoo import AECEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from predprey_env.config import EnvConfig
-from predprey_env.parallel_env import PredPreyEnv
+from predprey_env.envs.parallel import PredPreyEnv
 
 __all__ = ["env", "parallel_env", "raw_env"]
 

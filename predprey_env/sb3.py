@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from predprey_env.actions import brief
-from predprey_env.vector_env import PredPreyVectorEnv
+from predprey_env.envs.vector import PredPreyVectorEnv
 
 
 class SB3VecEnv(VecEnv):

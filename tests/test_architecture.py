@@ -1,6 +1,8 @@
 """The arrows of the house: who may import whom."""
 
 import ast
+import importlib
+import sys
 from pathlib import Path
 
 import pytest
@@ -75,3 +77,15 @@ def test_only_those_who_play_see_the_world(path: Path) -> None:
 @pytest.mark.parametrize("path", [*modules("predprey_env"), *modules("esp_trainer")], ids=str)
 def test_no_file_outgrows_its_purpose(path: Path) -> None:
     assert len(path.read_text().splitlines()) <= 320
+
+
+@pytest.mark.parametrize("path", [*modules("predprey_env"), *modules("esp_trainer")], ids=str)
+def test_no_function_hides_a_module(path: Path) -> None:
+    if path.stem == "__main__":  # it runs when it is imported
+        return
+    name = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    if name == "predprey_env.sb3":
+        pytest.importorskip("stable_baselines3")
+    module = importlib.import_module(name)
+    parent, _, own = name.rpartition(".")
+    assert not parent or getattr(sys.modules[parent], own) is module

@@ -14,11 +14,11 @@ from esp_trainer.evaluation.match import Player as Ours
 from esp_trainer.seeding import stream
 from esp_trainer.types import Role, ScriptedTeams, TrialBatch
 from predprey_env.config import EnvConfig
+from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.outside import OutsideTeam
 from predprey_env.policies import Policy
 from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import Opponent
-from predprey_env.vector_env import PredPreyVectorEnv
 
 Player: TypeAlias = Ours | Policy
 

@@ -1,6 +1,6 @@
 """The world as text, as a picture, in a window and as a video. All but text need the extra ``render``."""
 
-from predprey_env.rendering.text import text
+from predprey_env.rendering.ansi import text
 from predprey_env.rendering.video import save_video
 
 __all__ = ["save_video", "text"]

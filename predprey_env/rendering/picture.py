@@ -7,8 +7,8 @@ import pygame
 
 from predprey_env.config import EnvConfig
 from predprey_env.rendering import sprites
+from predprey_env.rendering.ansi import PREY_LETTERS
 from predprey_env.rendering.colours import GRID, GROUND, INK, PREDATOR, PREY, mix
-from predprey_env.rendering.text import PREY_LETTERS
 from predprey_env.rendering.track import Track
 
 SIDE = 640

@@ -19,7 +19,7 @@ from numba.core.registry import CPUDispatcher
 
 from predprey_env import EnvConfig, compilation
 from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World
-from predprey_env.parallel_env import _advance
+from predprey_env.envs.parallel import _advance
 from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
 from predprey_env.starts import draw_starts

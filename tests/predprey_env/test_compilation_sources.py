@@ -24,14 +24,14 @@ from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.network import Networks
 from predprey_env import EnvConfig, compilation
 from predprey_env.compilation import _DigestCache, named_tuples, source_files
-from predprey_env.parallel_env import _advance
+from predprey_env.envs.parallel import _advance
 from predprey_env.policies.protocol import choose
 from predprey_env.policies.scripted import Script
 from predprey_env.worlds import Dictated, make_scratch, make_worlds, move_opponents, team_rows
 
 LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
 SOURCES = {
-    *{"parallel_env.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
+    *{"parallel.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
     "config.py",  # the named tuple that they read
     *LANGUAGE,
 }

@@ -12,7 +12,7 @@ import pytest
 import predprey_env
 from predprey_env import EnvConfig, PredPreyEnv, predprey_v0
 from predprey_env.config import MOVES, EnvParameters
-from predprey_env.parallel_env import RENDER_MODES
+from predprey_env.envs.parallel import RENDER_MODES
 
 DOC = inspect.getdoc(predprey_v0)
 

@@ -12,7 +12,7 @@ from pettingzoo import ParallelEnv
 
 from predprey_env.actions import check_agents, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
-from predprey_env.parallel_env import Info, Observation, PredPreyEnv, Step
+from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
 from predprey_env.policies.names import PREFIXES, other_team
 from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed
 
