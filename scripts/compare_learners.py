@@ -13,7 +13,6 @@ done again. The teams of the first seed of each kind are kept beside the page. N
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
@@ -25,6 +24,8 @@ from learners.curves import Curves, draw, gather
 from learners.matrix import Matrix, play
 from learners.train import publish, train
 
+from esp_trainer.cores import cores
+
 
 def main() -> None:
     """Do what is still to do."""
@@ -33,7 +34,7 @@ def main() -> None:
     parser.add_argument("--report", action="store_true", help="train nothing, play nothing")
     parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/learners, or runs/quick")
     parser.add_argument("--out", type=Path, help="where the page goes; by default docs, or runs/quick")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes; by default one a core")
+    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
     options = parser.parse_args()
     runs = options.runs or Path("runs/quick" if options.quick else "runs/learners")
     out = options.out or Path("runs/quick" if options.quick else "docs")

@@ -12,7 +12,6 @@ too. Teams of the seeds in ``HELD_OUT`` are for reporting only. Some minutes on 
 from __future__ import annotations
 
 import argparse
-import os
 import subprocess
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.ratings import rate
+from esp_trainer.cores import cores
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import SCHEMA, digest_of, to_json, write, write_arrays
 from esp_trainer.run.directory import versions
@@ -101,7 +101,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=PLACE, help="by default into the package")
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes; by default one a core")
+    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
     options = parser.parse_args()
     runs = evolve(options.quick, options.workers)
     entries: list[dict[str, Any]] = []

@@ -12,7 +12,6 @@ on two cores; ``--quick`` does all of it in small, in a minute, to see that it w
 from __future__ import annotations
 
 import argparse
-import os
 import subprocess
 import sys
 from importlib.metadata import version
@@ -27,6 +26,8 @@ from reproduction.evolve import evolve
 from reproduction.measure import measure
 from reproduction.results import Results, gather, load
 
+from esp_trainer.cores import cores
+
 
 def main() -> None:
     """Do what is still to do."""
@@ -35,7 +36,7 @@ def main() -> None:
     parser.add_argument("--report", action="store_true", help="run nothing")
     parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/reproduction, or runs/quick")
     parser.add_argument("--out", type=Path, help="where the report goes; by default docs, or runs/quick")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes; by default one a core")
+    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
     options = parser.parse_args()
     options.runs = options.runs or Path("runs/quick" if options.quick else "runs/reproduction")
     options.out = options.out or Path("runs/quick" if options.quick else "docs")

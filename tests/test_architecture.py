@@ -12,7 +12,7 @@ ROOT = Path(__file__).parent.parent
 # A module may import what stands before it, and its own layer.
 LAYERS = [
     ["types"],
-    ["config", "seeding", "statistics", "files", "tasks"],
+    ["config", "cores", "seeding", "statistics", "files", "tasks"],
     ["presets"],
     ["esp"],
     ["teams"],

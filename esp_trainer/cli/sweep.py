@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -16,9 +15,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from esp_trainer.cli.training import quoted
 from esp_trainer.cluster import connected
-from esp_trainer.evaluation.fused import cores
+from esp_trainer.cores import cores
 from esp_trainer.files import write
-from esp_trainer.run.directory import RunDirectory, Tail, lock
+from esp_trainer.run.directory import Lock, RunDirectory, Tail
 from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.plan import PlannedRun, read_plan
@@ -35,7 +34,7 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
     if RunDirectory(out).config_file.exists():
         raise FileExistsError(f"{out} holds a run; choose another directory for a sweep")
     out.mkdir(parents=True, exist_ok=True)
-    held = lock(out)
+    held = Lock(out)
     try:
         write(out / "sweep.toml", file.read_bytes())
         todo = [run for run in plan if not is_whole(out / run.name, run)]
@@ -47,8 +46,7 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         _tell(results, out)
         write_csv(out / "runs.csv", results)
     finally:
-        if held is not None:
-            os.close(held)
+        held.release()
     if stopped_by:
         where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
         command = " ".join(["esp-trainer sweep", quoted(file), "--out", quoted(out), *where])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from esp_trainer.coevolution.episodes import play
 from esp_trainer.config import ChampionConfig
 from esp_trainer.esp.team import as_candidates, in_every_trial, pick
 from esp_trainer.types import (
@@ -75,7 +76,7 @@ def choose_champions(
     # Against a fixed team, which is one opponent, as many episodes as against the other side's contenders.
     n_episodes = config.n_episodes * (1 if len(evolving) == len(ROLES) else config.n_candidates)
     starts = evaluator.starts.draw(generator, len(which["prey"]), n_episodes)
-    result = evaluator.evaluate(TrialBatch(teams["predators"], teams["prey"], starts))
+    result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
 
     champions: dict[Role, Champion] = {}
     for role, side in evolving.items():

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
+from esp_trainer.coevolution.episodes import play
 from esp_trainer.coevolution.opponents import OPPONENTS
 from esp_trainer.coevolution.sharing import share
 from esp_trainer.coevolution.sides import EvolvingSide, Side
 from esp_trainer.config import RunConfig
-from esp_trainer.esp.subpopulations import Spread
+from esp_trainer.esp.subpopulations import Spread, Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import (
@@ -39,7 +41,7 @@ class Trials:
     caught: float
     """Share of prey caught."""
     opponents: Teams
-    """Whom they met, by number: breeding changes the genomes of those that were sampled."""
+    """The opponent of each trial."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,11 @@ class Coevolution:
         self._even = evaluator.starts.even_predators(self._held_out)
 
     @property
+    def done(self) -> int:
+        """Generations so far."""
+        return next(iter(self.evolving.values())).hall_of_fame.done
+
+    @property
     def evolving(self) -> dict[Role, EvolvingSide]:
         """The sides that evolve."""
         return {role: side for role, side in self.sides.items() if isinstance(side, EvolvingSide)}
@@ -78,31 +85,38 @@ class Coevolution:
         return {role: side for role, side in self.sides.items() if not isinstance(side, EvolvingSide)}
 
     def step(self, number: int) -> Generation:
-        """Play, score, choose champions and breed."""
+        """Play a generation and go on with the sides that it bred."""
+        generation, self.sides = self.play(number)
+        return generation
+
+    def play(self, number: int) -> tuple[Generation, dict[Role, Side]]:
+        """Play, score, choose champions and breed; return the generation and the sides that it bred.
+
+        Nothing here changes before the caller sets :attr:`sides`: a generation that fails can be played again.
+        """
         begun = perf_counter()
-        asked = {
-            role: side.subpopulations.ask(self._stream(f"{role} ask", number)) for role, side in self.evolving.items()
-        }
+        populations = {role: deepcopy(side.subpopulations) for role, side in self.evolving.items()}
+        asked = {role: each.ask(self._stream(f"{role} ask", number)) for role, each in populations.items()}
         asked_at = perf_counter()
         trials = self._play_trials(asked, number)
         played = perf_counter()
         champions = self._choose(asked, trials, number)
         chosen = perf_counter()
-        spreads = {role: side.subpopulations.spread() for role, side in self.evolving.items()}
-        for role, side in self.evolving.items():
-            breeding = self._stream(f"{role} breeding", number)
-            side.subpopulations.tell(self._earned(trials[role]), side.hall_of_fame.champions, breeding)
-            side.hall_of_fame.add(champions[role].genomes)
-            self._burst_if_stagnant(side, champions[role], breeding)
-        bred = perf_counter()
         held_out = self._measure(champions)
+        measured = perf_counter()
+        spreads = {role: each.spread() for role, each in populations.items()}
+        sides = self.sides.copy()
+        for role, population in populations.items():
+            breeding = self._stream(f"{role} breeding", number)
+            population.tell(self._earned(trials[role]), self.evolving[role].hall_of_fame.champions, breeding)
+            sides[role] = self._bred(self.evolving[role], population, champions[role], breeding)
         seconds = {
             "trials": played - asked_at,
             "champions": chosen - played,
-            "held_out": perf_counter() - bred,
-            "breeding": (bred - chosen) + (asked_at - begun),
+            "held_out": measured - chosen,
+            "breeding": (perf_counter() - measured) + (asked_at - begun),
         }
-        return Generation(number, trials, champions, spreads, held_out, seconds)
+        return Generation(number, trials, champions, spreads, held_out, seconds), sides
 
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)
@@ -114,7 +128,7 @@ class Coevolution:
         meets_champions = esp.pairing != "cosample" and number > 0 and len(asked) == len(ROLES)
         if not meets_champions:
             both = self._with_fixed(asked, esp.n_trials)
-            result = self.evaluator.evaluate(self._batch(both, starts))
+            result = play(self.evaluator, self._batch(both, starts))
             return {role: self._trials(result, role, both[other_team(role)]) for role in asked}
         trials: dict[Role, Trials] = {}
         for role, teams in asked.items():
@@ -122,7 +136,7 @@ class Coevolution:
             side = self.evolving[other]
             draw = self._stream(f"{role} opponents", number)
             opponents = OPPONENTS[esp.pairing](side.subpopulations, side.hall_of_fame, esp.n_trials, draw)
-            result = self.evaluator.evaluate(self._batch({role: teams, other: opponents}, starts))
+            result = play(self.evaluator, self._batch({role: teams, other: opponents}, starts))
             trials[role] = self._trials(result, role, opponents)
         return trials
 
@@ -145,16 +159,22 @@ class Coevolution:
             contenders[role] = best_teams(teams, trials[role].fitness, settings.n_candidates)
         return choose_champions(contenders, settings, self.evaluator, self._stream("champions", number))
 
-    def _burst_if_stagnant(self, side: EvolvingSide, champion: Champion, generator: np.random.Generator) -> None:
-        side.stagnant += 1
-        if champion.score > side.best:
-            side.best, side.stagnant = champion.score, 0
-        if self.config.esp.burst_after and side.stagnant >= self.config.esp.burst_after:
-            side.subpopulations.burst(champion.genomes, generator)
-            side.best, side.stagnant = -np.inf, 0
+    def _bred(
+        self, before: EvolvingSide, population: Subpopulations, champion: Champion, generator: np.random.Generator
+    ) -> EvolvingSide:
+        """A side after its generation: its new population, which starts again around the champion if none has scored
+        higher for long.
+        """
+        best, stagnant = before.best, before.stagnant + 1
+        if champion.score > best:
+            best, stagnant = champion.score, 0
+        if self.config.esp.burst_after and stagnant >= self.config.esp.burst_after:
+            population.burst(champion.genomes, generator)
+            best, stagnant = -np.inf, 0
+        return EvolvingSide(population, before.hall_of_fame.with_champion(champion.genomes), best, stagnant)
 
     def _measure(self, champions: dict[Role, Champion]) -> Captures:
         n = len(self._held_out)
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
-        result = self.evaluator.evaluate(self._batch(teams, self._held_out))
+        result = play(self.evaluator, self._batch(teams, self._held_out))
         return count_captures(result, self._even, self.config.env.n_predators)

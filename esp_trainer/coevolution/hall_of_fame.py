@@ -25,51 +25,39 @@ def _last_is_extra(stride: int, done: int) -> bool:
 
 
 class HallOfFame:
-    """Champion teams in order of generation; see :func:`kept_generations` for whose.
+    """Champion teams in order of generation, never changed; :func:`kept_generations` says which generations.
 
     Args:
-        champions: Those of ``kept_generations(done, size)``, float32
+        champions: The champions of ``kept_generations(done, size)``, float32
             ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``; copied.
-        size: The most that are kept, at least 2.
+        size: The most champions that are kept, at least 2.
         done: Generations so far.
     """
 
     def __init__(self, champions: np.ndarray, size: int, done: int = 0) -> None:
+        expected = len(kept_generations(done, size))
+        if len(champions) != expected:
+            raise ValueError(f"after {done} generations {expected} champions are kept, got {len(champions)}")
+        self.champions = champions.copy()
+        """All champions that are kept; read-only."""
+        self.champions.flags.writeable = False
         self.size = size
         self.done = done
-        self._store = champions.copy()
-        self._n = len(champions)
-        if self._n != len(self.generations):
-            raise ValueError(f"after {done} generations {len(self.generations)} champions are kept, got {self._n}")
-
-    @property
-    def champions(self) -> np.ndarray:
-        """All that are kept, read-only; good until the next is added."""
-        view = self._store[: self._n]
-        view.flags.writeable = False
-        return view
 
     @property
     def generations(self) -> np.ndarray:
-        """Whose they are."""
+        """The generation of each champion."""
         return kept_generations(self.done, self.size)
 
-    def add(self, champion: np.ndarray) -> None:
-        """Take in a champion team ``(n_agents, n_networks, n_hidden, n_genes)``."""
-        if champion.shape != self._store.shape[1:]:
-            raise ValueError(f"a champion must have shape {self._store.shape[1:]}, got {champion.shape}")
-        before = self.generations
-        self.done += 1
-        stay = np.searchsorted(before, self.generations[:-1])
-        self._n = len(stay)
-        if self._n and stay[-1] >= self._n:  # some in between go
-            self._store[: self._n] = self._store[stay]
-        if self._n == len(self._store):
-            room = np.empty((max(16, 2 * self._n), *self._store.shape[1:]), self._store.dtype)
-            room[: self._n] = self._store
-            self._store = room
-        self._store[self._n] = champion
-        self._n += 1
+    def with_champion(self, champion: np.ndarray) -> HallOfFame:
+        """Return the hall of fame after one more generation; its champion is ``(n_agents, n_networks, n_hidden,
+        n_genes)``.
+        """
+        if champion.shape != self.champions.shape[1:]:
+            raise ValueError(f"a champion must have shape {self.champions.shape[1:]}, got {champion.shape}")
+        generations = kept_generations(self.done + 1, self.size)
+        stay = np.searchsorted(self.generations, generations[:-1])
+        return HallOfFame(np.concatenate([self.champions[stay], champion[None]]), self.size, self.done + 1)
 
     def __len__(self) -> int:
-        return self._n
+        return len(self.champions)

@@ -86,6 +86,9 @@ class Subpopulations:
         expected = (n_trials, n_genomes * self.controller.n_together)
         if fitness.shape != expected:
             raise ValueError(f"fitness must have shape {expected}, got {fitness.shape}")
+        if not np.isfinite(fitness).all():
+            trial, agent = np.argwhere(~np.isfinite(fitness))[0]
+            raise ValueError(f"fitness must be finite, got {fitness[trial, agent]} for agent {agent} in trial {trial}")
         earned = fitness.reshape(n_trials, n_genomes, -1).mean(axis=2)
         chosen = self._asked.reshape(n_trials, n_genomes, -1)
         scores = [

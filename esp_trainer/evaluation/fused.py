@@ -6,10 +6,12 @@ import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise, starmap
+from typing import Any
 
 import numpy as np
 
 from esp_trainer.config import SideConfig
+from esp_trainer.cores import cores
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
@@ -35,7 +37,12 @@ class FusedEvaluator:
         self.env = env
         self.starts = CellStarts(env)
         self.threads = threads or cores()
-        self._pool = ThreadPoolExecutor(self.threads)
+        self._pool: ThreadPoolExecutor | None = None
+        self._process = 0  # the one that the pool's threads belong to
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the threads out of copies and pickles."""
+        return self.__dict__ | {"_pool": None}
 
     def compile(self) -> None:
         """Get the kernel ready: from the cache in a moment, or by compiling it, which takes some 15 s."""
@@ -56,6 +63,12 @@ class FusedEvaluator:
     def play(self, batch: TrialBatch) -> tuple[TrialResult, np.ndarray]:
         """Both: what came of it, and the trace."""
         return self._play(batch, n_traced=len(batch.starts))
+
+    def _threads(self) -> ThreadPoolExecutor:
+        """The pool of this process; a fork has the object, but not its threads."""
+        if self._pool is None or self._process != os.getpid():
+            self._pool, self._process = ThreadPoolExecutor(self.threads), os.getpid()
+        return self._pool
 
     def _shape(self, n_trials: int, n_episodes: int) -> tuple[int, int, int, int]:
         return n_trials, n_episodes, self.env.n_agents, 2
@@ -87,7 +100,7 @@ class FusedEvaluator:
             for part in blocks(n_trials, 1, _MOST_BLOCKS):
                 play(part)
         else:
-            list(self._pool.map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, _MOST_BLOCKS)))
+            list(self._threads().map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, _MOST_BLOCKS)))
         return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
 
 
@@ -106,11 +119,6 @@ def _part(side: Side, part: slice) -> Side:
     if side.script.number:
         return side
     return side._replace(indices=np.require(side.indices[part], np.int64, ["C", "W"]))
-
-
-def cores() -> int:
-    """Those that this process may use, where the system tells."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from esp_trainer.evaluation.fused import cores
+from esp_trainer.cores import cores
 from esp_trainer.exact.chances import survivors
 from esp_trainer.exact.solution import (
     Solution,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from esp_trainer.evaluation.fused import cores
+from esp_trainer.cores import cores
 from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
 from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen_from, states_of, turns_of

@@ -13,7 +13,7 @@ from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from esp_trainer.types import Role
+from esp_trainer.types import Role, ScriptedTeams
 
 NO_MATTER = ("generations", "checkpoint_every")
 """Settings that no generation depends on."""
@@ -21,6 +21,9 @@ NO_MATTER = ("generations", "checkpoint_every")
 
 class OtherConfigError(ValueError):
     """A checkpoint that another config made."""
+
+
+_ESP = "esp"
 
 
 def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], generations: int) -> None:
@@ -32,7 +35,13 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
             arrays[f"{role}.hall_of_fame"] = side.hall_of_fame.champions
             best = side.best if np.isfinite(side.best) else None
             progress[role] = {"best": best, "stagnant": side.stagnant}
-    header = {"config": config.model_dump(), "generations": generations, "sides": progress}
+    algorithms = {role: _algorithm(side) for role, side in sides.items()}
+    header = {
+        "config": config.model_dump(),
+        "generations": generations,
+        "sides": progress,
+        "algorithms": algorithms,
+    }
     write_arrays(path, "checkpoint", header, arrays)
 
 
@@ -50,6 +59,23 @@ def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], in
         raise DamagedFileError(f"{path} is not a usable checkpoint: {error.args[0]} is missing") from None
     except (TypeError, ValueError) as error:
         raise DamagedFileError(f"{path} is not a usable checkpoint: {error}") from None
+
+
+def check_algorithms(path: Path, config: RunConfig) -> None:
+    """Raise :class:`ValueError` if a checkpoint holds a side that the config alone cannot go on with."""
+    saved = read_arrays(path, "checkpoint")[0].get("algorithms", {})
+    for role, side in new_sides(config).items():
+        ours = _algorithm(side)
+        if saved.get(role, ours) != ours:
+            raise ValueError(f"{path}: the {role} come from {saved[role]}, and resume can go on with {ours} only")
+
+
+def _algorithm(side: Side) -> str:
+    """What breeds a side, or plays it: ``esp``, the name of a script, or the name of somebody's class."""
+    if isinstance(side, ScriptedTeams):
+        return side.script
+    kind = type(side.subpopulations) if isinstance(side, EvolvingSide) else type(side)
+    return _ESP if kind is Subpopulations else f"{kind.__module__}.{kind.__qualname__}"
 
 
 def _restore(

@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from collections.abc import Collection, Sequence
@@ -28,6 +29,9 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
+# What file systems answer that do not know locks: FUSE and Lustre, NFS without its lock daemon or of a directory.
+_CANNOT_LOCK = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EBADF, errno.EINVAL)
+
 
 def versions() -> dict[str, str]:
     """What a run's numbers depend on beside its config: the rules, and NumPy's random streams."""
@@ -44,7 +48,7 @@ class RunDirectory:
         self.timing_file = self.path / "timing.jsonl"
         self.checkpoint_file = self.path / "checkpoint.safetensors"
         self.champions = self.path / "champions"
-        self._lock: int | None = None
+        self._lock: Lock | None = None
         self._made: list[Path] = []
 
     def create(self, config: RunConfig) -> None:
@@ -86,15 +90,24 @@ class RunDirectory:
         self._made.clear()
         self.unlock()
 
+    @property
+    def locked(self) -> bool:
+        """Whether :meth:`lock` was called, and :meth:`unlock` was not."""
+        return self._lock is not None
+
     def lock(self) -> None:
-        """Keep every other process out until this one ends or :meth:`unlock` is called."""
-        self._lock = lock(self.path)
+        """Keep everybody else out until this process ends or :meth:`unlock` is called."""
+        self._lock = Lock(self.path)
 
     def unlock(self) -> None:
         """Let others in."""
         if self._lock is not None:
-            os.close(self._lock)
+            self._lock.release()
             self._lock = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the lock out of copies and pickles: one object holds it."""
+        return self.__dict__ | {"_lock": None, "_made": []}
 
     def __del__(self) -> None:
         self.unlock()
@@ -157,20 +170,41 @@ class RunDirectory:
                     self.champion_file(role, generation).unlink()
 
 
-def lock(directory: Path) -> int | None:
-    """Keep every other process that asks out of a directory, until the descriptor that comes back is closed.
+class Lock:
+    """Keeps everybody else who asks out of a directory.
 
-    Raises :class:`BlockingIOError` if another process has it. On systems that cannot lock nothing happens: None.
+    Systems and file systems that cannot lock let everybody in.
+
+    Raises :class:`BlockingIOError` if somebody else has the lock.
     """
-    if fcntl is None:
-        return None
-    descriptor = os.open(directory, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise BlockingIOError(f"{directory} is in use by another process") from None
-    return descriptor
+
+    def __init__(self, directory: Path) -> None:
+        self._process = os.getpid()
+        self._descriptor: int | None = None
+        if fcntl is None:
+            return
+        descriptor = os.open(directory, os.O_RDONLY)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._descriptor = descriptor
+        except BlockingIOError:
+            raise BlockingIOError(f"{directory} is in use by another process or trainer") from None
+        except OSError as error:
+            if error.errno not in _CANNOT_LOCK:
+                raise
+        finally:
+            if self._descriptor is None:
+                os.close(descriptor)
+
+    def release(self) -> None:
+        """Let others in."""
+        if self._descriptor is None:
+            return
+        if os.getpid() == self._process:  # a forked process may still hold a copy of the descriptor, and the lock by it
+            with suppress(OSError):
+                fcntl.flock(self._descriptor, fcntl.LOCK_UN)
+        os.close(self._descriptor)
+        self._descriptor = None
 
 
 class Log:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import weakref
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, closing
 from time import perf_counter
 from typing import Any
@@ -13,21 +14,25 @@ from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import sync_directory
-from esp_trainer.run.checkpoint import NO_MATTER, load_checkpoint, save_checkpoint
-from esp_trainer.run.directory import Log, RunDirectory, versions
+from esp_trainer.run.checkpoint import NO_MATTER, check_algorithms, load_checkpoint, save_checkpoint
+from esp_trainer.run.directory import Log, RunDirectory, versions, whole_lines
 from esp_trainer.types import Evaluator
 
 
 class Trainer:
-    """A run in a directory. :meth:`start` or :meth:`resume` it, then go through :meth:`generations`."""
+    """A run in a directory. :meth:`start` or :meth:`resume` it, then go through :meth:`generations`.
 
-    def __init__(self, directory: RunDirectory, config: RunConfig, coevolution: Coevolution, done: int) -> None:
+    A generation happens wholly or not at all: after an exception, Ctrl-C for example, call :meth:`generations` again or
+    :meth:`resume` the run.
+    """
+
+    def __init__(self, directory: RunDirectory, config: RunConfig, coevolution: Coevolution, saved: int) -> None:
         self.directory = directory
         self.config = config
         self.coevolution = coevolution
-        self.done = done
-        """Generations behind it."""
+        self._saved = saved  # generations in the checkpoint
         self._stopping = False
+        self._going: weakref.ref[Generator[Generation, None, None]] | None = None
         # What all its champions have in common.
         self._origin = {**config.model_dump(exclude=set(NO_MATTER)), "version": versions()["predprey-esp"]}
 
@@ -52,6 +57,7 @@ class Trainer:
             wanted = config.replace(generations=generations) if generations else config
             sides, done = new_sides(config), 0
             if directory.checkpoint_file.exists():
+                check_algorithms(directory.checkpoint_file, config)
                 sides, done = load_checkpoint(directory.checkpoint_file, config)
             if done > wanted.generations:
                 raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
@@ -64,37 +70,81 @@ class Trainer:
             directory.unlock()
             raise
 
+    @property
+    def done(self) -> int:
+        """Generations so far."""
+        return self.coevolution.done
+
     def stop(self) -> None:
-        """End after the generation in hand, with a checkpoint."""
+        """End the call of :meth:`generations` that is under way, or the next one, after the generation in hand."""
         self._stopping = True
 
     def generations(self) -> Iterator[Generation]:
-        """Run, and hand out each generation once it is on disk."""
-        saved = self.done
+        """Run, and hand out each generation once it is on disk; a call goes on where the one before it ended.
+
+        Raises :class:`BlockingIOError` if somebody else is at work on the run, and :class:`ValueError` if somebody else
+        has gone on with it since an earlier call.
+        """
+        if self._going and (earlier := self._going()):  # a notebook keeps the loop of a cell that was interrupted
+            earlier.close()
+        generations = self._run()
+        self._going = weakref.ref(generations)  # or who breaks out of the loop would not end it
+        return generations
+
+    def _run(self) -> Generator[Generation, None, None]:
         with ExitStack() as held:  # let go in any case: a log that does not fit on the disk cannot even be closed
-            held.callback(self.directory.unlock)
+            held.callback(self._let_go)
+            self._take_up()
             metrics = held.enter_context(closing(Log(self.directory.metrics_file)))
             timing = held.enter_context(closing(Log(self.directory.timing_file)))
-            while self.done < self.config.generations and not self._stopping:
-                generation = self.coevolution.step(self.done)
-                begun = perf_counter()
-                held_out = generation.held_out.as_dict()
-                self._save_champions(generation, held_out)
-                metrics.append(record(generation, held_out))
-                self.done += 1
-                if self.done % self.config.checkpoint_every == 0:
-                    self._save_checkpoint(metrics)
-                    saved = self.done
-                seconds = {**generation.seconds, "files": perf_counter() - begun}
-                timing.append({"generation": generation.number, **{k: round(v, 6) for k, v in seconds.items()}})
-                yield generation
-            if saved < self.done:
+            try:
+                while self.done < self.config.generations and not self._stopping:
+                    generation, sides = self.coevolution.play(self.done)
+                    begun = perf_counter()
+                    held_out = generation.held_out.as_dict()
+                    self._save_champions(generation, held_out)
+                    metrics.append(record(generation, held_out))
+                    self.coevolution.sides = sides  # now it has happened
+                    if self.done % self.config.checkpoint_every == 0:
+                        self._save_checkpoint(metrics)
+                    seconds = {**generation.seconds, "files": perf_counter() - begun}
+                    timing.append({"generation": generation.number, **{k: round(v, 6) for k, v in seconds.items()}})
+                    yield generation
+            except KeyboardInterrupt:  # costs the generation in hand, and no other
                 self._save_checkpoint(metrics)
+                raise
+            self._save_checkpoint(metrics)
+
+    def _take_up(self) -> None:
+        """Lock the directory again after an earlier call, and undo what that call left half done."""
+        if self.directory.locked:
+            return
+        self.directory.lock()
+        saved, logged = 0, len(whole_lines(self.directory.metrics_file))
+        if self.directory.checkpoint_file.exists():
+            saved = load_checkpoint(self.directory.checkpoint_file, self.config)[1]
+        if not self._saved <= saved <= self.done <= logged:
+            raise ValueError(f"somebody else went on with {self.directory.path}: go on from there by Trainer.resume")
+        self._saved = saved
+        self.directory.rewind(self.done)
+        _keep_champions(self.directory, self.config, self.done)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the loop that is under way out of copies and pickles."""
+        return self.__dict__ | {"_going": None}
+
+    def _let_go(self) -> None:
+        self._stopping = False
+        self.directory.unlock()
 
     def _save_checkpoint(self, metrics: Log) -> None:
+        """Write a checkpoint, unless there is one of this generation."""
+        if self._saved == self.done:
+            return
         metrics.sync()  # a checkpoint never knows more generations than the log and the champions
         sync_directory(self.directory.champions)
         save_checkpoint(self.directory.checkpoint_file, self.config, self.coevolution.sides, self.done)
+        self._saved = self.done
         sync_directory(self.directory.path)
         _keep_champions(self.directory, self.config, self.done)
 

@@ -327,7 +327,8 @@ def test_hall_of_fame_mates_bring_genes_of_lost_champions_back():
     config = small(hof_mates=3, mutation_rate=0.0)
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
     for side in run.evolving.values():
-        side.hall_of_fame.add(np.full(side.hall_of_fame.champions.shape[1:], 1000.0, np.float32))
+        lost = np.full(side.hall_of_fame.champions.shape[1:], 1000.0, np.float32)
+        side.hall_of_fame = side.hall_of_fame.with_champion(lost)
     run.step(0)
     for side in run.evolving.values():
         children = (side.subpopulations.genomes == 1000.0).any(axis=-1)

@@ -31,7 +31,7 @@ def fame(n: int = 4) -> HallOfFame:
     """Champions whose genes are 100, 101, ..."""
     hall = HallOfFame(np.empty((0, *SHAPE), np.float32), SIZE)
     for number in range(n):
-        hall.add(np.full(SHAPE, 100 + number, np.float32))
+        hall = hall.with_champion(np.full(SHAPE, 100 + number, np.float32))
     return hall
 
 

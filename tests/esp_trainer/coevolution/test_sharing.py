@@ -15,6 +15,7 @@ from esp_trainer.coevolution.sharing import share
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
+from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import EvolvedTeams, ScriptedTeams
 from predprey_env import EnvConfig
@@ -170,22 +171,19 @@ def test_each_side_is_told_its_share_of_what_was_earned_against_those_it_met(
     config = small(pairing=pairing, fitness_sharing=True)
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env, 1))
     run.step(0)
-    told: dict[str, np.ndarray] = {}
-    for role, side in run.evolving.items():
-        tell = side.subpopulations.tell
-        monkeypatch.setattr(
-            side.subpopulations,
-            "tell",
-            lambda fitness, *rest, role=role, tell=tell: (told.update({role: fitness}), tell(fitness, *rest)),
-        )
+    told: list[np.ndarray] = []
+    tell = Subpopulations.tell
+    monkeypatch.setattr(
+        Subpopulations, "tell", lambda self, fitness, *rest: (told.append(fitness), tell(self, fitness, *rest))
+    )
     generation = run.step(1)
-    for role, trials in generation.trials.items():
+    for (role, trials), earned in zip(generation.trials.items(), told, strict=True):
         assert isinstance(trials.opponents, EvolvedTeams)
         other = run.evolving["prey" if role == "predators" else "predators"]
         assert trials.opponents.indices.shape == (40, *other.subpopulations.genomes.shape[:3])
-        np.testing.assert_array_equal(told[role], share(trials.fitness, trials.opponents))
+        np.testing.assert_array_equal(earned, share(trials.fitness, trials.opponents))
         if pairing == "previous_champion":
-            np.testing.assert_allclose(told[role] * trials.fitness.mean(axis=1).sum(), trials.fitness)
+            np.testing.assert_allclose(earned * trials.fitness.mean(axis=1).sum(), trials.fitness)
 
 
 def test_against_a_script_sharing_changes_nothing():

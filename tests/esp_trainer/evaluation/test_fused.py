@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import copy as copy_module
+import os
+import pickle
+from copy import deepcopy
 from dataclasses import replace
+from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +17,7 @@ from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
 from predprey_env import EnvConfig
 
@@ -246,3 +252,37 @@ def test_starts_outside_the_torus_are_refused(cell: int, random_batch: Callable[
     batch.starts[3, 0, 1, 0] = cell
     with pytest.raises(ValueError, match=r"starts must lie in \[0, 6\)"):
         FusedEvaluator(ENV).evaluate(batch)
+
+
+# -- copies and forks ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("used", [False, True])
+@pytest.mark.parametrize("copy", [deepcopy, copy_module.copy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_a_copy_of_an_evaluator_plays_the_same(copy: Any, used: bool, threads: int, random_batch: Any):
+    batch, evaluator = random_batch(CONFIG, 40), FusedEvaluator(ENV, threads)
+    if used:
+        evaluator.evaluate(batch)
+    again = copy(evaluator)
+    assert again.threads == threads
+    assert as_bytes(again.evaluate(batch)) == as_bytes(evaluator.evaluate(batch))
+
+
+def test_a_sharded_evaluator_can_be_copied(random_batch: Any):
+    batch, evaluator = random_batch(CONFIG, 40), ShardedEvaluator(ENV, shards=2, threads=2)
+    assert as_bytes(deepcopy(evaluator).evaluate(batch)) == as_bytes(evaluator.evaluate(batch))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows cannot fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_forked_process_plays_the_same_with_threads_of_its_own(random_batch: Any):
+    batch, evaluator = random_batch(CONFIG, 40), FusedEvaluator(ENV, threads=2)
+    before = as_bytes(evaluator.evaluate(batch))
+    with get_context("fork").Pool(1) as pool:
+        assert as_bytes(pool.apply_async(evaluator.evaluate, [batch]).get(timeout=60)) == before
+    child = os.fork()  # not pickled on the way
+    if child == 0:
+        os._exit(as_bytes(evaluator.evaluate(batch)) != before)
+    assert os.waitpid(child, 0)[1] == 0
+    assert as_bytes(evaluator.evaluate(batch)) == before

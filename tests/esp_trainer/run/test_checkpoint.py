@@ -11,9 +11,10 @@ import pytest
 
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides
 from esp_trainer.config import RunConfig, SideConfig
+from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.run.checkpoint import load_checkpoint, save_checkpoint
-from esp_trainer.types import ScriptedTeams
+from esp_trainer.types import Role, ScriptedTeams
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -218,3 +219,42 @@ def test_a_longer_run_from_before_halls_of_fame_were_bounded_goes_on(
     for role, side in sides.items():
         assert isinstance(side, EvolvingSide)
         assert (side.hall_of_fame.champions == arrays[f"{role}.hall_of_fame"][[0, 4, 5]]).all()
+
+
+class _Mine(Subpopulations):
+    """Another algorithm, as far as anybody can tell."""
+
+
+@pytest.mark.parametrize("role", ["predators", "prey"])
+def test_a_side_that_another_algorithm_bred_is_not_gone_on_with_by_esp(
+    role: Role, tiny: RunConfig, tmp_path: Path, start: Any, resume: Any, snapshot: Any
+) -> None:
+    trainer = start(tmp_path, tiny)
+    side = trainer.coevolution.sides[role]
+    side.subpopulations = _Mine(tiny.esp, side.subpopulations.controller, side.subpopulations.genomes)
+    list(islice(trainer.generations(), 4))
+    before = snapshot(tmp_path)
+    wanted = rf"checkpoint.safetensors: the {role} come from .*\._Mine, and resume can go on with esp only$"
+    with pytest.raises(ValueError, match=wanted):
+        resume(tmp_path)
+    assert snapshot(tmp_path) == before
+    assert load_checkpoint(tmp_path / "checkpoint.safetensors", tiny)[1] == 4  # to read it is no harm
+    list(trainer.generations())  # and who has the algorithm goes on
+    assert trainer.done == 6
+
+
+def test_a_side_that_somebodys_team_played_is_not_gone_on_with_by_esp(
+    tiny: RunConfig, tmp_path: Path, start: Any, resume: Any
+) -> None:
+    trainer = start(tmp_path, tiny)
+    trainer.coevolution.sides["prey"] = ScriptedTeams("flee_nearest")
+    list(trainer.generations())
+    with pytest.raises(ValueError, match="the prey come from flee_nearest, and resume can go on with esp only"):
+        resume(tmp_path)
+
+
+def test_a_checkpoint_from_before_algorithms_were_named_is_gone_on_with(
+    saved: Path, resume: Any, tmp_path: Path
+) -> None:
+    _alter(saved, lambda header, _: header.pop("algorithms"))
+    assert resume(tmp_path / "run").done == 4

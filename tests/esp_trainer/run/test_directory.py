@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.directory import Log, RunDirectory, versions, whole_lines
+from esp_trainer.run.directory import Lock, Log, RunDirectory, versions, whole_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -220,3 +222,53 @@ def test_whole_lines_end_in_a_line_end(tmp_path: Path) -> None:
     assert list(whole_lines(log)) == [b"one\n", b"two\n"]
     log.write_bytes(b"")
     assert list(whole_lines(log)) == []
+
+
+@pytest.mark.parametrize("answer", ["ENOSYS", "ENOLCK", "EOPNOTSUPP", "EBADF", "EINVAL"])
+def test_where_a_file_system_knows_no_locks_a_run_goes_on_without(
+    answer: str, tiny: RunConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: Any, resume: Any
+) -> None:
+    def refuse(*_: Any) -> None:
+        number = getattr(errno, answer)
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    list(start(tmp_path, tiny).generations())
+    list(resume(tmp_path, 8).generations())
+    assert resume(tmp_path).done == 8
+    if Path("/proc/self/fd").exists():
+        assert tmp_path.resolve() not in [descriptor.resolve() for descriptor in Path("/proc/self/fd").iterdir()]
+
+
+def test_a_lock_that_fails_for_another_reason_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    with pytest.raises(OSError, match="Input/output error"):
+        Lock(tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows cannot fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_forked_process_neither_keeps_a_lock_nor_takes_it_away(tmp_path: Path) -> None:
+    directory = RunDirectory(tmp_path)
+    directory.lock()
+    ends, end = os.pipe()
+    child = os.fork()
+    if child == 0:
+        directory.unlock()  # its own copy
+        os.close(end)
+        os.read(ends, 1)
+        os._exit(0)
+    with pytest.raises(BlockingIOError):
+        Lock(tmp_path)
+    second = os.fork()
+    if second == 0:
+        os.close(end)
+        os.read(ends, 1)  # it holds a copy until it ends
+        os._exit(0)
+    directory.unlock()
+    Lock(tmp_path).release()
+    os.close(end)
+    assert [os.waitpid(each, 0)[1] for each in (child, second)] == [0, 0]

@@ -65,9 +65,9 @@ def test_ten_generations_and_ten_more_have_the_bytes_of_twenty(
 def test_a_run_with_bursts_has_them_in_both_halves_and_is_waiting_for_one_between(tmp_path: Path, start: Any) -> None:
     """Or the test above would not see whether the wait for a burst outlives a restart."""
     trainer = start(tmp_path, VARIANTS["burst"])
-    sides = trainer.coevolution.evolving.values()
     bursts = []
     for generation in trainer.generations():
+        sides = trainer.coevolution.evolving.values()
         bursts += [generation.number for side in sides if side.best == -math.inf]
         if generation.number == 9:
             assert any(side.stagnant for side in sides)

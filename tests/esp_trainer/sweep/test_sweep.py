@@ -164,7 +164,7 @@ def test_a_sweep_that_another_process_does_is_left_alone(
     directory = RunDirectory(tmp_path)
     directory.lock()
     assert sweep(declared(), tmp_path) == 1
-    assert capsys.readouterr().err == f"esp-trainer: {tmp_path} is in use by another process\n"
+    assert capsys.readouterr().err == f"esp-trainer: {tmp_path} is in use by another process or trainer\n"
     assert not (tmp_path / "runs.csv").exists()
 
 
