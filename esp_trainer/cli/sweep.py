@@ -13,6 +13,7 @@ from types import FrameType
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from esp_trainer.cli.signals import handled_by
 from esp_trainer.cli.training import quoted
 from esp_trainer.cluster import connected
 from esp_trainer.cores import cores
@@ -60,9 +61,16 @@ def _do(
 ) -> tuple[dict[str, str], int]:
     """Why runs failed, by name, and the number of the signal by which somebody stopped it all, or 0."""
     failed: dict[str, str] = {}
-    runs, stopped_by = {run.name: run for run in todo}, [signal.SIGINT]
+    runs, stopped_by = {run.name: run for run in todo}, [0]
+
+    def interrupt(number: int, _frame: FrameType | None) -> None:
+        first = not stopped_by[0]
+        stopped_by[0] = stopped_by[0] or number
+        if first or number == signal.SIGINT:  # a terminal that closes may say so more than once
+            raise KeyboardInterrupt
+
     work = [Work(out / run.name, run.config) for run in todo]
-    with connected(address) if address else nullcontext(), _terminated(stopped_by):
+    with connected(address) if address else nullcontext(), handled_by(interrupt):
         pool: Pool = ClusterPool(work) if address else LocalPool(work, workers or cores())
         try:
             with _view(todo, out, quiet=quiet) as look:
@@ -80,25 +88,10 @@ def _do(
         except KeyboardInterrupt:
             _say("stopping after the generations in hand; once more to stop at once")
             pool.stop()
-            return failed, stopped_by[-1]
+            return failed, stopped_by[0] or signal.SIGINT
         finally:
             pool.close()
     return failed, 0
-
-
-@contextmanager
-def _terminated(stopped_by: list[signal.Signals]) -> Iterator[None]:
-    """Take SIGTERM for Ctrl-C, and note that it was it."""
-
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        stopped_by.append(signal.SIGTERM)
-        raise KeyboardInterrupt
-
-    handler = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, handler)
 
 
 Look = Callable[[str | None, str | None], None]

@@ -7,13 +7,16 @@ import shlex
 import signal
 import sys
 from collections import deque
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
 from tqdm import tqdm
 
+from esp_trainer.cli.signals import handled_by, tell
 from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.config import RunConfig
@@ -41,8 +44,8 @@ class Players:
         """Be connected to the cluster, if there is one."""
         return connected(self.address) if self.address else nullcontext()
 
-    def evaluator(self, config: RunConfig) -> Evaluator:
-        """An evaluator whose kernel is compiled."""
+    def evaluator(self, config: RunConfig, undo: Callable[[], object] = lambda: None) -> Evaluator:
+        """An evaluator whose kernel is compiled; ``undo`` is called if somebody ends the process in the meantime."""
         threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
         if self.address and episodes < 2 * LEAST_EPISODES:
             _say(f"a generation of {episodes} episodes is played here: shards of it would cost more than they bring")
@@ -50,11 +53,14 @@ class Players:
             ShardedEvaluator(config.env, threads=threads) if self.address else FusedEvaluator(config.env, threads)
         )
         _say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
-        handler = signal.signal(signal.SIGINT, _leave)
-        try:
+
+        def leave(number: int, _frame: FrameType | None) -> None:
+            undo()
+            tell("esp-trainer: interrupted")
+            os._exit(128 + number)  # an exception would be lost where LLVM calls back to Python
+
+        with handled_by(leave):
             evaluator.compile()
-        finally:
-            signal.signal(signal.SIGINT, handler)
         return evaluator
 
 
@@ -74,7 +80,8 @@ def train(config: RunConfig, out: Path | None, players: Players, following: Foll
         check_installed()
     directory = RunDirectory(out or Path("runs") / f"{config.preset}-seed{config.seed}")
     with players.connected():
-        return _run(Trainer.start(directory, config, players.evaluator), following)
+        make = partial(players.evaluator, undo=directory.discard)
+        return _run(Trainer.start(directory, config, make), following)
 
 
 def resume(directory: Path, generations: int | None, players: Players, following: Following) -> int:
@@ -98,48 +105,67 @@ def _go_on(trainer: Trainer, following: Following) -> int:
     return _run(trainer, following)
 
 
-def _leave(number: int, _frame: FrameType | None) -> None:
-    """End at once, while nothing has begun that could be lost: an exception is, where LLVM calls back to Python."""
-    os.write(sys.stderr.fileno(), b"esp-trainer: interrupted\n")
-    os._exit(128 + number)
-
-
 def _run(trainer: Trainer, following: Following) -> int:
-    caught_signal: list[int] = []
-
-    def stop(number: int, _frame: FrameType | None) -> None:
-        caught_signal.append(number)
-        trainer.stop()
-
-    handlers = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    recent: deque[Generation] = deque(maxlen=_RECENT)
     plain = following.quiet or not sys.stderr.isatty()
+    stopping, recent = _Stopping(trainer, plain=plain), deque[Generation](maxlen=_RECENT)
     log = TensorBoardLog(trainer.directory.path / "tensorboard") if following.tensorboard else None
     try:
-        with tqdm(
-            total=trainer.config.generations, initial=trainer.done, unit="gen", bar_format=_BAR, disable=plain
-        ) as bar:
-            for generation in trainer.generations():
-                recent.append(generation)
-                if log:
-                    log.add(record(generation, generation.held_out.as_dict()), generation.seconds)
-                held_out = generation.held_out
-                rates = held_out.predators_succeed.rate, held_out.prey_succeed.rate
-                bar.set_description_str("predators {:.2f} prey {:.2f}".format(*rates), refresh=False)
-                bar.update()
-                if plain and trainer.done % trainer.config.checkpoint_every == 0:
-                    _say(f"generation {trainer.done}/{trainer.config.generations}: {_success(generation)}")
+        with handled_by(stopping):
+            try:
+                _follow(trainer, recent, log, plain=plain)
+            except KeyboardInterrupt:
+                if not stopping.at_once:
+                    raise
+                trainer.stop()
+                list(trainer.generations())  # only writes a checkpoint
     finally:
         if log:
             log.close()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    path = trainer.directory.path
-    if caught_signal and trainer.done < trainer.config.generations:
-        _say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {quoted(path)}")
-        return 128 + caught_signal[0]
+    if stopping.by and trainer.done < trainer.config.generations:
+        path = quoted(trainer.directory.path)
+        _say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {path}")
+        return 128 + stopping.by
     _summarise(trainer, recent)
     return 0
+
+
+class _Stopping:
+    """Handles signals that ask to stop: the first ends the run after the generation in hand, Ctrl-C after that at once.
+
+    Further signals change nothing; a terminal that closes sends more than one.
+    """
+
+    def __init__(self, trainer: Trainer, *, plain: bool) -> None:
+        self.by = 0
+        """The first signal; 0 before it."""
+        self.at_once = False
+        self._trainer, self._plain = trainer, plain
+
+    def __call__(self, number: int, _frame: FrameType | None) -> None:
+        if not self.by:
+            self.by = number
+            line = f"stopping when generation {self._trainer.done + 1} is done; Ctrl-C now stops at once"
+            tell(line if self._plain else f"\n{line}")
+            self._trainer.stop()
+        elif number == signal.SIGINT and not self.at_once:
+            self.at_once = True
+            raise KeyboardInterrupt
+
+
+def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | None, *, plain: bool) -> None:
+    """Run all generations, tell how they go, and keep the recent ones."""
+    total, done = trainer.config.generations, trainer.done
+    with tqdm(total=total, initial=done, unit="gen", bar_format=_BAR, disable=plain) as bar:
+        for generation in trainer.generations():
+            recent.append(generation)
+            if log:
+                log.add(record(generation, generation.held_out.as_dict()), generation.seconds)
+            held_out = generation.held_out
+            rates = held_out.predators_succeed.rate, held_out.prey_succeed.rate
+            bar.set_description_str("predators {:.2f} prey {:.2f}".format(*rates), refresh=False)
+            bar.update()
+            if plain and trainer.done % trainer.config.checkpoint_every == 0:
+                _say(f"generation {trainer.done}/{total}: {_success(generation)}")
 
 
 def _success(generation: Generation) -> str:

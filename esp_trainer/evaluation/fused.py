@@ -22,6 +22,7 @@ from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.scripted import Script
 
 _MOST_BLOCKS = 128  # in a part: with subpopulations of 100, its indices take eight times what they take in the batch
+_MOST_STEPS = 115_200  # of a part's blocks, some 0.1 s: who stops a run waits for the parts that are under way
 _PARTS_PER_THREAD = 2  # a thread whose episodes are short takes over a part of one whose are long
 
 
@@ -96,11 +97,12 @@ class FusedEvaluator:
             ours = Outcome(*(array[part] for array in outcome))
             play_blocks(env.rules, *sides, starts[part], ours, make_memory(env.rules, *sides))
 
+        most = max(1, min(_MOST_BLOCKS, _MOST_STEPS // (n_episodes * env.max_cycles)))
         if self.threads == 1:  # where Ctrl-C gets through, also while it compiles
-            for part in blocks(n_trials, 1, _MOST_BLOCKS):
+            for part in blocks(n_trials, 1, most):
                 play(part)
         else:
-            list(self._threads().map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, _MOST_BLOCKS)))
+            list(self._threads().map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, most)))
         return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
 
 

@@ -97,22 +97,18 @@ class Trainer:
             self._take_up()
             metrics = held.enter_context(closing(Log(self.directory.metrics_file)))
             timing = held.enter_context(closing(Log(self.directory.timing_file)))
-            try:
-                while self.done < self.config.generations and not self._stopping:
-                    generation, sides = self.coevolution.play(self.done)
-                    begun = perf_counter()
-                    held_out = generation.held_out.as_dict()
-                    self._save_champions(generation, held_out)
-                    metrics.append(record(generation, held_out))
-                    self.coevolution.sides = sides  # now it has happened
-                    if self.done % self.config.checkpoint_every == 0:
-                        self._save_checkpoint(metrics)
-                    seconds = {**generation.seconds, "files": perf_counter() - begun}
-                    timing.append({"generation": generation.number, **{k: round(v, 6) for k, v in seconds.items()}})
-                    yield generation
-            except KeyboardInterrupt:  # costs the generation in hand, and no other
-                self._save_checkpoint(metrics)
-                raise
+            while self.done < self.config.generations and not self._stopping:
+                generation, sides = self.coevolution.play(self.done)
+                begun = perf_counter()
+                held_out = generation.held_out.as_dict()
+                self._save_champions(generation, held_out)
+                metrics.append(record(generation, held_out))
+                self.coevolution.sides = sides  # now it has happened
+                if self.done % self.config.checkpoint_every == 0:
+                    self._save_checkpoint(metrics)
+                seconds = {**generation.seconds, "files": perf_counter() - begun}
+                timing.append({"generation": generation.number, **{k: round(v, 6) for k, v in seconds.items()}})
+                yield generation
             self._save_checkpoint(metrics)
 
     def _take_up(self) -> None:

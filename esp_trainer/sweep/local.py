@@ -104,7 +104,10 @@ class _Worker:
 
 def _serve(connection: Connection) -> None:
     """A worker's life: runs that come in, one after the other, until it is told to stop."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent to hear
+    # Ctrl-C on the terminal, and that it closes, are for the parent to hear.
+    for number in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, number):
+            signal.signal(getattr(signal, number), signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     trainers: list[Trainer] = []
     stopping = threading.Event()

@@ -1,4 +1,4 @@
-"""Processes that are really stopped: by Ctrl-C, by SIGTERM, and by SIGKILL at random moments."""
+"""Processes that are really stopped: by Ctrl-C, SIGTERM, a terminal that closes, and SIGKILL at random moments."""
 
 from __future__ import annotations
 
@@ -32,7 +32,14 @@ _PATIENCE = 60.0  # seconds, on a machine that is busy with other things
 
 def _begin(*arguments: object) -> subprocess.Popen[str]:
     command = [*_COMMAND, *map(str, arguments), "--quiet", "--threads", "2"]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hear_hangups, process_group=0
+    )
+
+
+def _hear_hangups() -> None:
+    """As in a terminal, also where the tests run under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def _wait(process: subprocess.Popen[str], happened: Callable[[], bool], pause: float = 0.001) -> None:
@@ -52,7 +59,7 @@ def _checkpointed(path: Path) -> int:
     return int(read_arrays(checkpoint, "checkpoint")[0]["generations"]) if checkpoint.exists() else 0
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
 def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_the_same_bytes(
     number: signal.Signals, tmp_path: Path, snapshot: Any, uninterrupted: Any, resume: Any
 ) -> None:
@@ -63,7 +70,10 @@ def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_th
     _, errors = process.communicate(timeout=_PATIENCE)
     done = _logged(path)
     assert process.returncode == 128 + number
-    assert errors.splitlines()[-1] == f"stopped after {done} generations; go on with: esp-trainer resume {path}"
+    assert errors.splitlines()[-2:] == [
+        f"stopping when generation {done} is done; Ctrl-C now stops at once",
+        f"stopped after {done} generations; go on with: esp-trainer resume {path}",
+    ]
     assert "Traceback" not in errors
     assert 7 <= done < 400
     assert _checkpointed(path) == done, "a run that may finish its write loses nothing"
@@ -72,7 +82,7 @@ def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_th
     assert snapshot(path) == uninterrupted(config)
 
 
-def test_a_second_signal_is_as_good_as_one(tmp_path: Path) -> None:
+def test_more_signals_than_two_end_it_in_good_order_too(tmp_path: Path) -> None:
     path = tmp_path / "run"
     process = _begin("train", "smoke", "--generations", 3000, "--out", path)
     _wait(process, lambda: _logged(path) >= 2)
