@@ -6,7 +6,10 @@ import difflib
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+from predprey_env.actions import brief
 
 Self = TypeVar("Self", bound="Settings")
 
@@ -19,7 +22,8 @@ _BOUNDS = {
 
 
 class Settings(BaseModel):
-    """Base of every configuration: frozen, no unknown fields, no silent conversion.
+    """Base of every configuration: frozen, no unknown fields, no silent conversion. A NumPy scalar counts as the Python
+    value that it holds.
 
     Raises :class:`ValueError` with one line that says what was expected and what came.
     """
@@ -32,6 +36,11 @@ class Settings(BaseModel):
         except ValidationError as error:
             raise ValueError(one_line(error, type(self))) from None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _without_numpy(cls, fields: Any) -> Any:
+        return {name: plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
+
     @classmethod
     def from_dict(cls: type[Self], fields: Any) -> Self:
         """Settings from nested plain dictionaries, as JSON holds them."""
@@ -42,6 +51,19 @@ class Settings(BaseModel):
     def replace(self: Self, **fields: Any) -> Self:
         """A validated copy with some fields changed."""
         return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **fields})
+
+
+def plain(value: Any) -> Any:
+    """Return the Python value that a NumPy scalar or an array without axes holds, and anything else as it is."""
+    return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
+
+
+def whole_number(name: str, value: Any, least: int) -> int:
+    """Return an integer, NumPy's too; :class:`ValueError` for anything else and for one below ``least``."""
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, int) or number < least:
+        raise ValueError(f"{name} must be an integer of at least {least}, got {brief(number)}")
+    return number
 
 
 def one_line(error: ValidationError, settings: type[BaseModel]) -> str:

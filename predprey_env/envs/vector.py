@@ -18,6 +18,7 @@ from predprey_env.lanes import LANES
 from predprey_env.outside import OutsideTeam
 from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import Opponent, as_policy, draw_seed
+from predprey_env.settings import plain, whole_number
 from predprey_env.spaces import action_space, observation_space
 from predprey_env.starts import draw_each, given_starts
 from predprey_env.worlds import (
@@ -79,14 +80,12 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         opponent: Opponent,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     ) -> None:
-        if isinstance(n_worlds, bool) or not isinstance(n_worlds, int | np.integer) or n_worlds < 1:
-            raise ValueError(f"n_worlds must be an integer of at least 1, got {brief(n_worlds)}")
         if config.captured_prey != "inert":
             raise ValueError(f"in a vector env captured_prey must be 'inert', got {config.captured_prey!r}")
         shape, others = config.team(team), other_team(team)
         self.config = config
         self.team = team
-        self.n_worlds = n_worlds = int(n_worlds)
+        self.n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
         self.autoreset_mode = _mode(autoreset_mode)
         self.metadata = {"name": "predprey_vector_v0", "render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.num_envs = n_worlds * shape.n_agents
@@ -258,6 +257,7 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return np.flatnonzero(by_world[:, 0])
 
     def _seed(self, seed: int | Sequence[int | None] | None, which: np.ndarray) -> None:
+        seed = plain(seed)
         if seed is None:
             return
         if isinstance(seed, Sequence | np.ndarray):

@@ -14,6 +14,7 @@ from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_t
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
 from predprey_env.policies.protocol import Memories, choose
+from predprey_env.settings import plain, whole_number
 
 RANDOM, GREEDY_CHASE, PARITY_CHASE, INTERCEPT, SURROUND, FLEE_NEAREST, FLEE_CENTROID, RUN_STRAIGHT = range(1, 9)
 
@@ -100,10 +101,9 @@ class ScriptedTeam:
             raise ValueError(f"{script} can be predators or prey: name the team")
         self.script = script
         self.team = teams[0]
-        self.n_actions = EnvConfig().team(self.team).n_actions if n_actions is None else n_actions
-        if self.n_actions < 4:
-            raise ValueError(f"a script needs the four moves at least, got n_actions={n_actions}")
-        self.in_turns = in_turns
+        n_actions = EnvConfig().team(self.team).n_actions if n_actions is None else n_actions
+        self.n_actions = whole_number("n_actions", n_actions, 4)  # or it lacks a move
+        self.in_turns = plain(in_turns)
         self._memories = Memories(self.team == "prey")
 
     def reset(self, seed: int | None = None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,6 +21,20 @@ def refusal(fields: dict[str, Any]) -> str:
     line = str(caught.value)
     assert "\n" not in line
     return line
+
+
+def test_fields_may_be_numpy_scalars() -> None:
+    numpy = {
+        "seed": np.uint64(2**62),
+        "env.size": np.int32(20),
+        "esp.n_trials": np.int64(9),
+        "prey.bias": np.bool_(True),
+    }
+    plain = {"seed": 2**62, "env.size": 20, "esp.n_trials": 9, "prey.bias": True}
+    config = RunConfig().with_fields({**numpy, "esp.mutation_rate": np.float32(0.5)})
+    assert config == RunConfig().with_fields({**plain, "esp.mutation_rate": 0.5})
+    assert RunConfig.from_dict(json.loads(json.dumps(config.model_dump()))) == config
+    assert type(config.esp.mutation_rate) is float
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -51,6 +52,35 @@ def test_numbers_out_of_range_are_refused_in_one_line(fields: dict[str, object],
 )
 def test_values_of_the_wrong_type_are_refused_in_one_line(fields: dict[str, object], line: str) -> None:
     assert _refusal(fields) == line
+
+
+@pytest.mark.parametrize(
+    ("fields", "line"),
+    [
+        ({"size": np.float64(20)}, "size must be an integer, got 20.0"),
+        ({"size": np.bool_(True)}, "size must be an integer, got True"),
+        ({"size": np.str_("20")}, "size must be an integer, got '20'"),
+        ({"size": np.array([20])}, "size must be an integer, got array([20])"),
+        ({"size": np.int64(2)}, "size must be at least 3, got 2"),
+        ({"swap_captures": np.int64(1)}, "swap_captures must be a boolean, got 1"),
+    ],
+)
+def test_numpy_values_of_the_wrong_type_are_refused_as_pythons_own(fields: dict[str, object], line: str) -> None:
+    assert _refusal(fields) == line
+
+
+@pytest.mark.parametrize("twenty", [np.int64(20), np.int8(20), np.uint64(20), np.array(20)])
+def test_numpy_scalars_are_kept_as_plain_values(twenty: object) -> None:
+    config = EnvConfig(size=twenty, swap_captures=np.bool_(True), reward=np.str_("dense"))
+    expected = EnvConfig(size=20, swap_captures=True, reward="dense")
+    assert config == expected
+    assert hash(config) == hash(expected)
+    assert [type(value) for value in config.model_dump().values()] == [
+        type(value) for value in expected.model_dump().values()
+    ]
+    assert json.dumps(config.model_dump()) == json.dumps(expected.model_dump())
+    assert EnvConfig().replace(size=twenty).size == 20
+    assert Outer.from_dict({"name": "a", "inner": {"depth": twenty}}) == Outer(name="a", inner=Inner(depth=20))
 
 
 @pytest.mark.parametrize(

@@ -149,6 +149,7 @@ def cells_seen(config: EnvConfig, team: TeamName, seed: int) -> list[list[float]
     [
         (7, [7, 8, 9]),
         (np.int64(7), [7, 8, 9]),
+        (np.array(7), [7, 8, 9]),
         (np.uint8(250), [250, 251, 252]),
         ([3, 1, 2], [3, 1, 2]),
         ((3, 3, 3), [3, 3, 3]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -160,6 +161,18 @@ def test_a_script_that_the_team_does_not_have_is_refused(arguments: tuple[str, .
 def test_an_unknown_team_is_refused() -> None:
     with pytest.raises(ValueError, match=r"^team must be predators or prey, got 'birds'$"):
         ScriptedTeam("random", "birds")
+
+
+@pytest.mark.parametrize("n_actions", [3, 5.0, "5", True, np.float64(5), np.bool_(True)])
+def test_a_number_of_actions_that_is_none_is_refused(n_actions: Any) -> None:
+    with pytest.raises(ValueError, match=r"^n_actions must be an integer of at least 4, got "):
+        ScriptedTeam("greedy_chase", n_actions=n_actions)
+
+
+def test_a_number_of_actions_may_be_numpys() -> None:
+    team = ScriptedTeam("parity_chase", n_actions=np.int64(5), in_turns=np.bool_(True))
+    assert type(team.n_actions) is int
+    assert team.compiled("predators", EnvConfig(move_order="prey_first"), 0).in_turns is True
 
 
 # -- compiled -----------------------------------------------------------------------------------------------------
