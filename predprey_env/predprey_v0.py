@@ -125,19 +125,16 @@ One team at a time: :func:`predprey_env.team_view`. Many worlds at once: :func:`
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
-from typing import Any, Literal, ParamSpec
+from inspect import signature
+from typing import Any, Literal, Unpack
 
 from pettingzoo import AECEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from predprey_env.config import EnvConfig
+from predprey_env.config import EnvConfig, EnvParameters
 from predprey_env.envs.parallel import PredPreyEnv
 
 __all__ = ["env", "parallel_env", "raw_env"]
-
-Parameters = ParamSpec("Parameters")
 
 
 def parallel_env(
@@ -162,18 +159,25 @@ def parallel_env(
     return PredPreyEnv(EnvConfig(**config), render_mode)
 
 
-def _as_aec(
-    make: Callable[Parameters, PredPreyEnv], wrap: Callable[[Any], Any]
-) -> Callable[Parameters, AECEnv[Any, Any, Any]]:
-    @wraps(make)
-    def make_aec(*args: Parameters.args, **kwargs: Parameters.kwargs) -> AECEnv[Any, Any, Any]:
-        return wrap(parallel_to_aec(make(*args, **kwargs)))
-
-    return make_aec
+class _Parameters(EnvParameters, total=False):
+    render_mode: Literal["human", "ansi", "rgb_array"] | None
 
 
-raw_env = _as_aec(parallel_env, lambda aec: aec)
-"""The environment with PettingZoo's AEC API, without checks."""
+def env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
+    """The environment with PettingZoo's AEC API, with checks of actions and of the order of calls; the parameters are
+    those of :func:`parallel_env`.
+    """
+    return wrappers.OrderEnforcingWrapper(wrappers.AssertOutOfBoundsWrapper(raw_env(**parameters)))
 
-env = _as_aec(parallel_env, lambda aec: wrappers.OrderEnforcingWrapper(wrappers.AssertOutOfBoundsWrapper(aec)))
-"""The environment with PettingZoo's AEC API, with checks of actions and of the order of calls."""
+
+def raw_env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
+    """The environment with PettingZoo's AEC API, without checks; the parameters are those of :func:`parallel_env`."""
+    return parallel_to_aec(parallel_env(**parameters))
+
+
+# help() and inspect.signature() name the parameters one by one.
+for _make in (env, raw_env):
+    _make.__signature__ = signature(parallel_env).replace(  # type: ignore[attr-defined]
+        return_annotation=signature(_make).return_annotation
+    )
+del _make

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
 import json
+import pickle
+import pydoc
 import re
 from typing import Literal, get_args, get_origin, get_type_hints
 
+import cloudpickle  # which Gymnasium needs
 import pytest
 
 import predprey_env
-from predprey_env import EnvConfig, PredPreyEnv, predprey_v0
+from predprey_env import EnvConfig, PredPreyEnv, predprey_v0, team_view, vector_env
 from predprey_env.config import MOVES, EnvParameters
 from predprey_env.envs.parallel import RENDER_MODES
 
@@ -56,6 +60,39 @@ def test_the_keyword_arguments_of_the_other_makers_are_those_of_env_config() -> 
 @pytest.mark.parametrize("make", [predprey_v0.env, predprey_v0.raw_env])
 def test_the_turn_based_makers_take_the_same_parameters(make) -> None:
     assert inspect.signature(make).parameters == PARAMETERS
+
+
+@pytest.mark.parametrize("name", ["env", "raw_env"])
+def test_the_turn_based_makers_are_functions_of_their_own(name: str) -> None:
+    make = getattr(predprey_v0, name)
+    assert (make.__name__, make.__qualname__, make.__module__) == (name, name, predprey_v0.__name__)
+    assert inspect.signature(make).return_annotation == "AECEnv[Any, Any, Any]"
+    assert make.__doc__.startswith("The environment with PettingZoo's AEC API, with")
+    told = pydoc.render_doc(make, renderer=pydoc.plaintext)
+    assert f"{name}(*, n_predators: 'int' = 3, n_prey: 'int' = 2, " in told
+    assert "AEC API" in told
+
+
+@pytest.mark.parametrize("dumps", [pickle.dumps, cloudpickle.dumps], ids=["pickle", "cloudpickle"])
+@pytest.mark.parametrize(
+    "make", [predprey_v0.env, predprey_v0.raw_env, predprey_v0.parallel_env, team_view, vector_env]
+)
+def test_every_maker_can_be_pickled(make, dumps) -> None:
+    assert pickle.loads(dumps(make)) is make
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
+@pytest.mark.parametrize("make", [predprey_v0.env, predprey_v0.raw_env])
+def test_a_turn_based_environment_can_be_copied(make, copied) -> None:
+    env = make(size=6)
+    env.reset(seed=3)
+    env.step(1)
+    twin = copied(env)
+    for _ in range(12):
+        for each in (env, twin):
+            each.step(2)
+        assert twin.agent_selection == env.agent_selection
+        assert twin.last()[0].tolist() == env.last()[0].tolist()
 
 
 def test_every_parameter_reaches_the_world() -> None:
