@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from inspect import signature
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from predprey_env.actions import brief, read_action
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies.protocol import Policy
-from predprey_env.policies.scripted import ScriptedTeam
+from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 
 Function: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
 Opponent: TypeAlias = str | Policy | Function
@@ -31,20 +32,45 @@ class FunctionPolicy:
         return self._function(observations)
 
 
-def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig) -> Policy:
-    """The policy that plays a team; :class:`ValueError` for what cannot be one."""
+def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig, named: str = "opponent") -> Policy:
+    """The policy that plays a team; :class:`ValueError` for what cannot be one, ``named`` so in errors."""
     if isinstance(opponent, str):
         return ScriptedTeam.of(opponent, team, env)
-    if isinstance(opponent, Policy) and not isinstance(opponent, type):
-        if hasattr(opponent, "compiled"):
-            opponent.compiled(team, env, 0)  # or it does not fit
-        return opponent
-    if callable(opponent) and not isinstance(opponent, type):
+    if isinstance(opponent, type):
+        raise ValueError(f"{named} must be an object, got the class {opponent.__name__}: give {opponent.__name__}(...)")
+    has = [name for name in ("reset", "act", "act_batch", "compiled") if callable(getattr(opponent, name, None))]
+    missing = [call for name, call in _CALLS.items() if name not in has]
+    if not missing:
+        for name, call in _CALLS.items():
+            _check_call(getattr(opponent, name), f"{named}'s {name}() cannot be called as {call}")
+        if "compiled" in has:
+            opponent.compiled(team, env, 0)  # type: ignore[union-attr] # or it does not fit
+        return opponent  # type: ignore[return-value]
+    if callable(opponent) and "act" not in has:
+        _check_call(opponent, f"{named} cannot be called with the observations alone")
         return FunctionPolicy(opponent)
+    if has:
+        there = " and ".join(f"{name}()" for name in has)
+        raise ValueError(f"{named} has {there} but no {' and no '.join(missing)}")
     raise ValueError(
-        "opponent must be the name of a script, a policy with reset(seed) and act(observations), or a function of the "
-        f"observations, got {brief(opponent)}"
+        f"{named} must be the name of a script, a policy with reset(seed) and act(observations), or a function of the "
+        f"observations, got {brief(opponent)}{how_to_load(opponent)}"
     )
+
+
+_CALLS = {"reset": "reset(seed)", "act": "act(observations)"}
+
+
+def _check_call(function: Callable[..., Any], otherwise: str) -> None:
+    """Raise :class:`ValueError` that begins with ``otherwise`` unless a function can be called with one argument."""
+    try:
+        called = signature(function)
+    except (TypeError, ValueError):  # some built-in functions do not say
+        return
+    try:
+        called.bind(None)
+    except TypeError as error:
+        raise ValueError(f"{otherwise}: {error}") from None
 
 
 def draw_seed(generator: np.random.Generator) -> int:

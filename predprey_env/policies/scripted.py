@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,6 +77,18 @@ def _act(script: Script, agent: int, seen: Any, memory: Any) -> int:
     return follow(script, agent, seen, memory, 0)  # type: ignore[no-any-return]
 
 
+def how_to_load(name: Any) -> str:
+    """Return what to add to an error about a name or a path of an evolved team: this package cannot read those."""
+    if not isinstance(name, str | PurePath):
+        return ""
+    path = PurePath(name)
+    if path.suffix == ".safetensors" or isinstance(name, PurePath):
+        return f"; load the file of an evolved team with esp_trainer.Team.load({str(name)!r})"
+    if len(path.parts) > 1 and not path.suffix:
+        return f"; load a team of the zoo with esp_trainer.load_team({name!r})"
+    return ""
+
+
 class ScriptedTeam:
     """A team in which every agent follows the same script.
 
@@ -96,7 +109,7 @@ class ScriptedTeam:
         teams = [name for name, scripts in SCRIPTS.items() if script in scripts and team in (None, name)]
         if not teams:
             known = NUMBERS if team is None else SCRIPTS[team]
-            raise ValueError(f"script must be one of {', '.join(known)}, got {script!r}")
+            raise ValueError(f"script must be one of {', '.join(known)}, got {script!r}{how_to_load(script)}")
         if len(teams) > 1:
             raise ValueError(f"{script} can be predators or prey: name the team")
         self.script = script

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import PurePosixPath
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pytest
 
-from predprey_env import EnvConfig
+import esp_trainer
+from predprey_env import EnvConfig, team_view, vector_env
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 from predprey_env.policies.opponents import as_policy, ask, draw_seed
@@ -59,7 +61,7 @@ def test_a_function_is_asked_with_the_observations() -> None:
     assert asked == [VIEWS]
 
 
-@pytest.mark.parametrize("opponent", [None, 3, ["greedy_chase"], Answers, ScriptedTeam, b"random", {"prey_0": 1}])
+@pytest.mark.parametrize("opponent", [None, 3, ["greedy_chase"], b"random", {"prey_0": 1}])
 def test_what_is_neither_is_refused(opponent: Any) -> None:
     with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
         as_policy(opponent, "prey", WORLD)
@@ -73,6 +75,102 @@ def test_an_unknown_name_is_answered_with_the_scripts_of_the_team() -> None:
     line = r"^script must be one of random, flee_nearest, flee_centroid, run_straight, got 'greedy_chase'$"
     with pytest.raises(ValueError, match=line):
         as_policy("greedy_chase", "prey", WORLD)
+
+
+ZOO = "load a team of the zoo with esp_trainer.load_team"
+FILE = "load the file of an evolved team with esp_trainer.Team.load"
+EVOLVED = [
+    ("modern-3v2/prey/seed-500-late", ZOO),
+    ("held-out/paper-3v1/prey/x", ZOO),
+    ("runs/x/prey-00099.safetensors", FILE),
+    ("prey.safetensors", FILE),
+]
+
+
+@pytest.mark.parametrize(("name", "remedy"), EVOLVED)
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda name: as_policy(name, "prey", WORLD),
+        lambda name: ScriptedTeam(name, "prey"),
+        lambda name: team_view("predators", name),
+        lambda name: vector_env(2, "predators", name),
+    ],
+    ids=["as_policy", "ScriptedTeam", "team_view", "vector_env"],
+)
+def test_the_name_or_file_of_an_evolved_team_is_answered_with_how_to_load_it(use: Any, name: str, remedy: str) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        use(name)
+    scripts = ", ".join(SCRIPTS["prey"])
+    assert str(refused.value) == f"script must be one of {scripts}, got {name!r}; {remedy}({name!r})"
+
+
+def test_a_path_is_answered_with_how_to_load_it() -> None:
+    with pytest.raises(ValueError, match=r"; load the file of an evolved team with esp_trainer.Team.load\('a/b'\)$"):
+        as_policy(PurePosixPath("a/b"), "prey", WORLD)
+
+
+def test_the_calls_that_load_evolved_teams_are_there() -> None:
+    assert as_policy(esp_trainer.load_team("paper-3v2/prey/seed-500-late"), "prey", EnvConfig()).role == "prey"
+    assert callable(esp_trainer.Team.load)
+
+
+class OnlyActs:
+    act = Answers.act
+
+
+class OnlyResets:
+    reset = Answers.reset
+
+
+class CannotAct(OnlyResets):
+    act = 3
+
+
+class OnlyActsAndIsCalled(OnlyActs):
+    def __call__(self, observations: dict[str, np.ndarray]) -> Any:
+        return {}
+
+
+class OnlyActsOnAll:
+    def act_batch(self, observations: np.ndarray) -> Any:
+        return {}
+
+
+class TakesNoSeed(OnlyActs):
+    def reset(self) -> None:
+        pass
+
+
+class TakesTwo(OnlyResets):
+    def act(self, observations: Any, states: Any) -> Any:
+        return {}
+
+
+@pytest.mark.parametrize(
+    ("opponent", "line"),
+    [
+        (OnlyActs(), "opponent has act() but no reset(seed)"),
+        (OnlyActsAndIsCalled(), "opponent has act() but no reset(seed)"),
+        (OnlyResets(), "opponent has reset() but no act(observations)"),
+        (CannotAct(), "opponent has reset() but no act(observations)"),
+        (OnlyActsOnAll(), "opponent has act_batch() but no reset(seed) and no act(observations)"),
+        (Answers, "opponent must be an object, got the class Answers: give Answers(...)"),
+        (ScriptedTeam, "opponent must be an object, got the class ScriptedTeam: give ScriptedTeam(...)"),
+        (TakesNoSeed(), "opponent's reset() cannot be called as reset(seed): too many positional arguments"),
+        (TakesTwo(), "opponent's act() cannot be called as act(observations): missing a required argument: 'states'"),
+        (lambda: {}, "opponent cannot be called with the observations alone: too many positional arguments"),
+    ],
+)
+def test_what_a_policy_lacks_is_named(opponent: Any, line: str) -> None:
+    for named in ("opponent", "m:P"):
+        with pytest.raises(ValueError) as refused:  # noqa: PT011
+            as_policy(opponent, "prey", WORLD, named)
+        assert str(refused.value) == line.replace("opponent", named, 1)
+
+
+def test_a_function_that_does_not_tell_its_arguments_is_taken() -> None:
+    assert as_policy(dict.fromkeys, "prey", WORLD).act(VIEWS) == dict.fromkeys(VIEWS)
 
 
 def test_a_team_that_says_that_it_does_not_fit_is_refused() -> None:
