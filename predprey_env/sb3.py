@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from predprey_env.actions import brief
 from predprey_env.envs.vector import PredPreyVectorEnv
+from predprey_env.options import read_options
 
 
 class SB3VecEnv(VecEnv):
@@ -27,9 +29,23 @@ class SB3VecEnv(VecEnv):
         self.render_mode = None
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
+    def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
+        """Keep the options of the next reset, and of no other: those of :meth:`PredPreyVectorEnv.reset`.
+
+        Rows share one environment, so that a list, an item for each row, must hold equal options. Raises
+        :class:`ValueError` if it does not, and for options that there are not.
+        """
+        rows = list(options) if isinstance(options, Sequence) else [options]
+        if isinstance(options, Sequence) and len(rows) != self.num_envs:
+            raise ValueError(f"options must be a dict or one for each of {self.num_envs} rows, got {len(rows)}")
+        first, *others = [read_options(row, only_ours=True) for row in rows]
+        if not all(_equal(first, other) for other in others):
+            raise ValueError(f"options must be equal for all {self.num_envs} rows, which share one environment")
+        self._options = [copy.deepcopy(first)] * self.num_envs
+
     def reset(self) -> np.ndarray:
-        """Start all worlds, from the seed that :meth:`seed` was given last."""
-        observations, _ = self.env.reset(seed=self._seeds[0])
+        """Start all worlds, from the seed and with the options that were set since the last call."""
+        observations, _ = self.env.reset(seed=self._seeds[0], options=self._options[0])
         self._reset_seeds()
         self._reset_options()
         return observations
@@ -87,3 +103,7 @@ class SB3VecEnv(VecEnv):
                 f"indices must be all {self.num_envs} rows, which share one environment, got {brief(rows)}"
             )
         return rows
+
+
+def _equal(options: dict[str, Any], other: dict[str, Any]) -> bool:
+    return options.keys() == other.keys() and all(np.array_equal(options[name], other[name]) for name in options)

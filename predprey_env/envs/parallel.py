@@ -16,6 +16,7 @@ from predprey_env.config import TEAMS, EnvConfig, Rules
 from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
+from predprey_env.options import read_options
 from predprey_env.policies.names import PREFIXES
 from predprey_env.rendering import text
 from predprey_env.rendering.extra import require_pygame
@@ -126,7 +127,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
         """Start an episode from random places, or from ``options={"starts": (n_agents, 2) cells}``."""
-        starts = (options or {}).get("starts")
+        starts = read_options(options, ("starts",)).get("starts")
         given = None if starts is None else given_starts(starts, self.config)
         if seed is not None:
             self._generator, _ = seeding.np_random(index(seed))

@@ -15,6 +15,7 @@ from gymnasium.vector.utils import batch_space
 from predprey_env.actions import brief
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.lanes import LANES
+from predprey_env.options import read_options
 from predprey_env.outside import OutsideTeam
 from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import Opponent, as_policy, draw_seed
@@ -118,7 +119,7 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         seeds at least ``n_worlds`` apart. ``options={"starts": cells}`` places the agents,
         int ``(n_worlds, n_agents, 2)``, of the worlds that start.
         """
-        options = options or {}
+        options = read_options(options)
         which = np.arange(self.n_worlds) if options.get("reset_mask") is None else self._masked(options["reset_mask"])
         if self._over is None and len(which) < self.n_worlds:
             raise RuntimeError("reset() must be called without a reset_mask first")

@@ -14,7 +14,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.utils import set_random_seed
-from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
 from predprey_env import predprey_v0, vector_env
 from predprey_env.sb3 import SB3VecEnv
@@ -149,6 +149,70 @@ def test_the_adapter_tells_where_an_episode_was_cut_off() -> None:
 def test_the_adapter_needs_worlds_that_start_again_at_once() -> None:
     with pytest.raises(ValueError, match=r"^autoreset_mode must be SAME_STEP for Stable-Baselines3, got NEXT_STEP$"):
         SB3VecEnv(vector_env(2, "prey", "surround"))
+
+
+def adapter() -> SB3VecEnv:
+    """Two worlds of five agents, and random prey."""
+    return SB3VecEnv(vector_env(2, "predators", "random", "SameStep", **SMALL))
+
+
+# Where each agent of each world starts; the first predator then sees the prey at (2, 1) and (-1, 2).
+STARTS = np.array([[[0, 0], [0, 0], [0, 0], [2, 1], [5, 2]]] * 2)
+SEEN = [2, 1, -1, 2]
+
+
+@pytest.mark.parametrize("given", ["dict", "list", "lists"])
+def test_options_are_used_once(given: str) -> None:
+    env, twin = adapter(), adapter()
+    starts = STARTS.copy()
+    options: Any = {"starts": starts}
+    if given != "dict":
+        options = [{"starts": STARTS.tolist() if given == "lists" else starts} for _ in range(env.num_envs)]
+    env.seed(1)
+    env.set_options(options)
+    starts[:] = 0  # what was given is kept
+    assert env.reset()[[0, 3]].tolist() == [SEEN, SEEN]
+    twin.seed(1)
+    twin.set_options({"starts": STARTS})
+    twin.reset()
+    observations = env.reset()
+    assert observations.tolist() == twin.reset().tolist()
+    assert observations[0].tolist() != SEEN
+    env.set_options({"starts": STARTS})
+    env.set_options()
+    assert env.reset()[0].tolist() != SEEN
+
+
+def test_options_go_through_wrappers() -> None:
+    env = VecMonitor(adapter())
+    env.set_options({"starts": STARTS})
+    assert env.reset()[0].tolist() == SEEN
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"start": STARTS}, r"^unknown reset option start; did you mean starts\?$"),
+        ({"wind": 3}, r"^unknown reset option wind; there are starts and reset_mask$"),
+        ([{"wind": 3}] * 6, r"^unknown reset option wind; there are starts and reset_mask$"),
+        ([{"starts": STARTS}] * 5, r"^options must be a dict or one for each of 6 rows, got 5$"),
+        ([], r"^options must be a dict or one for each of 6 rows, got 0$"),
+        (
+            [{"starts": STARTS}] * 5 + [{"starts": STARTS + 1}],
+            r"^options must be equal for all 6 rows, which share one environment$",
+        ),
+        ([{"starts": STARTS}] * 5 + [{}], r"^options must be equal for all 6 rows, which share one environment$"),
+        ([[1], [2]] * 3, r"^options must be a mapping from names to values, got \[1\]$"),
+        (3, r"^options must be a mapping from names to values, got 3$"),
+    ],
+)
+def test_unequal_and_unknown_options_are_refused(options: Any, line: str) -> None:
+    env, twin = adapter(), adapter()
+    env.set_options({"starts": STARTS})
+    with pytest.raises(ValueError, match=line):
+        env.set_options(options)
+    twin.set_options({"starts": STARTS})
+    assert env.reset()[0].tolist() == twin.reset()[0].tolist() == SEEN
 
 
 def test_the_rows_of_the_adapter_share_one_environment() -> None:

@@ -1,0 +1,38 @@
+"""Options that an environment is reset with."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from predprey_env.actions import brief
+
+OPTIONS = ("starts", "reset_mask")
+"""All there are; `reset_mask` is for environments of many worlds."""
+
+
+def read_options(options: Any, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
+    """Return the options of a reset by name; :class:`ValueError` for one that is ours misspelt, or of another
+    environment of ours.
+
+    Other unknown names are passed over, as wrappers have options of their own; with ``only_ours`` they are refused too.
+    """
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise ValueError(f"options must be a mapping from names to values, got {brief(options)}")
+    for name in options:
+        if name not in known and (near := _ours(str(name))):
+            hint = f"did you mean {near}?" if near in known else f"only a vector environment has {near}"
+            raise ValueError(f"unknown reset option {name}; {hint}")
+        if name not in known and only_ours:
+            raise ValueError(f"unknown reset option {name}; there are {' and '.join(known)}")
+    return dict(options)
+
+
+def _ours(name: str) -> str | None:
+    """Return the option of ours that a name resembles."""
+    if "start" in name.lower():  # start_cells, startingPositions
+        return "starts"
+    return next(iter(difflib.get_close_matches(name.lower(), OPTIONS, n=1)), None)
