@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,20 @@ import numpy as np
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.lanes import LANES
 from predprey_env.policies.names import PREFIXES
-from predprey_env.policies.opponents import ask
+from predprey_env.policies.opponents import Opponent, as_policy, ask, own_copy
 from predprey_env.policies.protocol import MEMORY, Policy
 from predprey_env.worlds import Dictated, Worlds
+
+
+def seat(
+    opponent: Opponent, team: TeamName, config: EnvConfig, n_worlds: int
+) -> tuple[Policy, OutsideTeam | None, Any]:
+    """Return an opponent's policy, what asks it in Python if it is not compiled, and its player in compiled code."""
+    policy = as_policy(opponent, team, config)
+    compiled = getattr(policy, "compiled", None)
+    if callable(compiled):
+        return policy, None, compiled(team, config, LANES)
+    return policy, OutsideTeam(policy, config, team, n_worlds), OutsideTeam.player
 
 
 class OutsideTeam:
@@ -35,7 +45,7 @@ class OutsideTeam:
         self._shape = config.team(team)
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
         self._act_batch: Any = getattr(policy, "act_batch", None)
-        self._policies = [policy] if self._act_batch else [copy.deepcopy(policy) for _ in range(n_worlds)]
+        self._policies = [policy] if self._act_batch else [own_copy(policy, whose) for _ in range(n_worlds)]
         self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
         """What the team sees: the caller writes it before :meth:`choose`."""
 

@@ -167,6 +167,15 @@ def _take_out(worlds: Worlds, world: int, one: World) -> None:
         one.alive[prey] = worlds.alive[block, prey, lane]
 
 
+@rule
+def _forget(worlds: Worlds, opponents: Team, block: int, lane: int, seed: int) -> None:
+    """What the opponents in a world remember when an episode starts."""
+    for agent in range(opponents.n_agents):
+        for row in range(MEMORY):
+            first = first_memory(seed, opponents.first > 0, agent, row)
+            worlds.kept[block, agent * MEMORY + row, lane] = first
+
+
 # -- what Python calls --------------------------------------------------------------------------------------------
 
 
@@ -182,12 +191,18 @@ def place(worlds: Worlds, opponents: Team, rules: Rules, which: Any, starts: Any
             worlds.y[block, agent, lane] = starts[i, agent, 1]
         for prey in range(rules.n_prey):
             worlds.alive[block, prey, lane] = 1
-        for agent in range(opponents.n_agents):
-            for row in range(MEMORY):
-                first = first_memory(seeds[i], opponents.first > 0, agent, row)
-                worlds.kept[block, agent * MEMORY + row, lane] = first
+        _forget(worlds, opponents, block, lane, seeds[i])
         worlds.clock[block, 0, lane] = 0
         worlds.over[block, 0, lane] = 0
+
+
+@entry_point
+def forget(worlds: Worlds, opponents: Team, seeds: Any) -> None:
+    """Let the opponents of all worlds remember what they do when an episode starts, from ``seeds``, int64
+    ``(n_worlds,)``.
+    """
+    for world in range(len(seeds)):
+        _forget(worlds, opponents, world // LANES, world % LANES, seeds[world])
 
 
 @entry_point

@@ -14,6 +14,7 @@ from predprey_env.actions import check_agents, read_action
 from predprey_env.compilation import entry_point
 from predprey_env.config import TEAMS, EnvConfig, Rules
 from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
+from predprey_env.envs.fixed import Configured
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
 from predprey_env.options import read_options
@@ -45,7 +46,7 @@ def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, se
     return is_over(world, steps, rules)  # type: ignore[no-any-return]
 
 
-class PredPreyEnv(ParallelEnv[str, Observation, int]):
+class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
     """Predators and prey on a toroid; see :mod:`predprey_env.predprey_v0` for the specification."""
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -56,12 +57,8 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
     }
 
     def __init__(self, config: EnvConfig | None = None, render_mode: str | None = None) -> None:
-        if render_mode is not None and render_mode not in RENDER_MODES:
-            raise ValueError(f"render_mode must be None or one of {', '.join(RENDER_MODES)}, got {render_mode!r}")
-        if render_mode in ("human", "rgb_array"):
-            require_pygame(f'render_mode "{render_mode}"')
-        self.config = config = config or EnvConfig()
         self.render_mode = render_mode
+        self._config = config = config or EnvConfig()
         self.possible_agents = [f"predator_{i}" for i in range(config.n_predators)]
         self.possible_agents += [f"prey_{i}" for i in range(config.n_prey)]
         self.agents: list[str] = []
@@ -84,7 +81,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             PREDATORS: [1] * n_predators + [0] * n_prey,
         }
         self._rules = config.rules
-        self._generator: np.random.Generator | None = None
+        self._random: tuple[np.random.Generator, int] | None = None
         self._world: World | None = None
         self._actions = np.zeros(config.n_agents, np.int32)
         self._scores = np.zeros(config.n_agents)
@@ -105,15 +102,26 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
 
     @max_cycles.setter
     def max_cycles(self, steps: int) -> None:
-        self.config = self.config.replace(max_cycles=steps)
-        self._rules = self.config.rules
+        self._config = self._config.replace(max_cycles=steps)
+        self._rules = self._config.rules
+
+    @property
+    def render_mode(self) -> str | None:
+        """How :meth:`render` shows the world."""
+        return self._render_mode
+
+    @render_mode.setter
+    def render_mode(self, mode: str | None) -> None:
+        if mode is not None and mode not in RENDER_MODES:
+            raise ValueError(f"render_mode must be None or one of {', '.join(RENDER_MODES)}, got {mode!r}")
+        if mode in ("human", "rgb_array"):
+            require_pygame(f'render_mode "{mode}"')
+        self._render_mode = mode
 
     @property
     def np_random(self) -> np.random.Generator:
         """The environment's generator, made when first asked for: copies made before are then seeded apart."""
-        if self._generator is None:
-            self._generator, _ = seeding.np_random()
-        return self._generator
+        return self._seeded()[0]
 
     def observation_space(self, agent: str) -> Box:
         """The same object at every call."""
@@ -130,7 +138,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         starts = read_options(options, ("starts",)).get("starts")
         given = None if starts is None else given_starts(starts, self.config)
         if seed is not None:
-            self._generator, _ = seeding.np_random(index(seed))
+            self._random = seeding.np_random(index(seed))
         places = draw_starts(self.np_random, 1, self.config)[0] if given is None else given
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
         self._steps = 0
@@ -163,9 +171,9 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         caught_all = self._over and not any(self._alive)
         at_limit = self._over and not caught_all
         terminations = dict.fromkeys(acting, caught_all)
-        if self.config.captured_prey == "removed" and self._alive != free:
+        if self._config.captured_prey == "removed" and self._alive != free:
             terminations.update({agent: True for agent in acting if self._captured(agent)})
-        if self.config.reward == "dense":
+        if self._config.reward == "dense":
             rewards = {agent: self._fitness[i] - before[i] for agent, i in self._rows(acting)}
         elif caught_all or at_limit or True in terminations.values():
             ended = {agent: at_limit or terminations[agent] for agent in acting}
@@ -174,7 +182,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             rewards = dict.fromkeys(acting, 0.0)
         infos = self._infos(acting)
         self.agents = [] if at_limit else [agent for agent in acting if not terminations[agent]]
-        if self.render_mode == "human":
+        if self._render_mode == "human":
             self.render()
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
 
@@ -195,13 +203,13 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
             raise RuntimeError("reset() must be called before render()")
         if self.render_mode is None:
             return None
-        if self.render_mode == "ansi":
-            return text(self._world, self.config, self._steps)
+        if self._render_mode == "ansi":
+            return text(self._world, self._config, self._steps)
         if self._viewer is None:
             from predprey_env.rendering.viewer import Viewer
 
-            self._viewer = Viewer(self.config, self.metadata["render_fps"])
-        if self.render_mode == "rgb_array":
+            self._viewer = Viewer(self._config, self.metadata["render_fps"])
+        if self._render_mode == "rgb_array":
             return self._viewer.frame(self._world, self._time)
         self._viewer.show(self._world, self._time, last=not self.agents)
         return None
@@ -217,7 +225,7 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         untouched.
         """
         check_agents(actions, self._index)
-        chosen, in_turn, n_predators = self._actions.tolist(), self._in_turn[self._turn], self.config.n_predators
+        chosen, in_turn, n_predators = self._actions.tolist(), self._in_turn[self._turn], self._config.n_predators
         for agent, i in self._rows(self.agents):
             if not in_turn[i] or (i >= n_predators and not free[i - n_predators]):
                 continue
@@ -241,19 +249,24 @@ class PredPreyEnv(ParallelEnv[str, Observation, int]):
         """Steps and half steps that have passed."""
         return self._steps - 0.5 * (self._turn == PREDATORS)
 
+    def _seeded(self) -> tuple[np.random.Generator, int]:
+        if self._random is None:
+            self._random = seeding.np_random()
+        return self._random
+
     def _saved(self) -> dict[str, Any]:
         """All that a step changes, for :meth:`_restore`."""
         world = self._world and World(*(rows.copy() for rows in self._world))
-        state = self._generator and self._generator.bit_generator.state
+        state = self._random and self._random[0].bit_generator.state
         return {"attributes": {**self.__dict__, "_world": world}, "state": state}
 
     def _restore(self, saved: dict[str, Any]) -> None:
         self.__dict__.update(saved["attributes"])
-        if self._generator is not None:
-            self._generator.bit_generator.state = saved["state"]
+        if self._random is not None:
+            self._random[0].bit_generator.state = saved["state"]
 
     def _captured(self, agent: str) -> int:
-        prey = self._index[agent] - self.config.n_predators
+        prey = self._index[agent] - self._config.n_predators
         return int(prey >= 0 and not self._alive[prey])
 
     def _infos(self, agents: list[str]) -> dict[str, Info]:

@@ -12,9 +12,10 @@ from pettingzoo import ParallelEnv
 
 from predprey_env.actions import check_agents, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
+from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
 from predprey_env.policies.names import PREFIXES, other_team
-from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed
+from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed, own_copy
 
 
 def team_view(
@@ -26,25 +27,27 @@ def team_view(
         team: ``"predators"`` or ``"prey"``.
         opponent: Who plays the others: the name of a script (:data:`predprey_env.policies.SCRIPTS`), a
             :class:`predprey_env.policies.Policy`, an evolved team for example, or a function from observations to
-            actions, by agent.
+            actions, by agent. The environment plays a copy of its own, except of a policy with ``act_batch``, which
+            remembers nothing.
         render_mode: As in :func:`predprey_env.predprey_v0.parallel_env`.
         parameters: The fields of :class:`predprey_env.EnvConfig`.
     """
     return TeamView(PredPreyEnv(EnvConfig(**parameters), render_mode), team, opponent)
 
 
-class TeamView(ParallelEnv[str, Observation, int]):
+class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     """One team of an environment. Where teams move in turns, each :meth:`step` is a whole time step."""
 
     metadata: ClassVar[dict[str, Any]] = {**PredPreyEnv.metadata, "name": "predprey_team_v0"}
+    env: PredPreyEnv = read_only("env")
+    team: TeamName = read_only("team")
 
     def __init__(self, env: PredPreyEnv, team: TeamName, opponent: Opponent) -> None:
         config = env.config
         config.team(team)  # or it is none
-        self.env = env
-        self.team = team
-        self.render_mode = env.render_mode
-        self.opponent = as_policy(opponent, other_team(team), config)
+        self._env = env
+        self._team = team
+        self._opponent = own_copy(as_policy(opponent, other_team(team), config))
         self.possible_agents = [agent for agent in env.possible_agents if agent.startswith(PREFIXES[team])]
         self.observation_spaces = {agent: env.observation_space(agent) for agent in self.possible_agents}
         self.action_spaces = {agent: env.action_space(agent) for agent in self.possible_agents}
@@ -56,6 +59,21 @@ class TeamView(ParallelEnv[str, Observation, int]):
 
     def __str__(self) -> str:
         return str(self.metadata["name"])
+
+    def set_opponent(self, opponent: Opponent) -> None:
+        """Let somebody else play the others from the next step on. In an episode under way it is reset before.
+
+        The old opponent stays if the new one cannot play or its ``reset`` raises.
+        """
+        policy = own_copy(as_policy(opponent, other_team(self.team), self.env.config))
+        if self.env.agents:
+            with self._all_or_nothing():
+                policy.reset(draw_seed(self.env.np_random))
+        self._opponent = policy
+
+    @property
+    def _config(self) -> EnvConfig:
+        return self.env.config
 
     @property
     def agents(self) -> list[str]:
@@ -70,6 +88,15 @@ class TeamView(ParallelEnv[str, Observation, int]):
     @max_cycles.setter
     def max_cycles(self, steps: int) -> None:
         self.env.max_cycles = steps
+
+    @property
+    def render_mode(self) -> str | None:
+        """How :meth:`render` shows the world."""
+        return self.env.render_mode
+
+    @render_mode.setter
+    def render_mode(self, mode: str | None) -> None:
+        self.env.render_mode = mode
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -90,7 +117,7 @@ class TeamView(ParallelEnv[str, Observation, int]):
         """Start an episode; the opponent's seed is drawn after the places."""
         with self._all_or_nothing():
             self._observations, self._infos = self.env.reset(seed, options)
-            self.opponent.reset(draw_seed(self.env.np_random))
+            self._opponent.reset(draw_seed(self.env.np_random))
             if self._in_turns and self.team == "predators":
                 self._observations, _, _, _, self._infos = self.env.step(self._opponents_choose())
         return self._own(self._observations), self._own(self._infos)
@@ -154,7 +181,7 @@ class TeamView(ParallelEnv[str, Observation, int]):
         """What the other team does, on what it last saw."""
         others = [agent for agent in self.env.agents if agent not in self.observation_spaces]
         views = {agent: self._observations[agent].copy() for agent in others}
-        return ask(self.opponent, views, self._n_opponent_actions)
+        return ask(self._opponent, views, self._n_opponent_actions)
 
     def _own_part(self, step: Step) -> Step:
         observations, rewards, terminations, truncations, infos = step

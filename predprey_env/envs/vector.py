@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from operator import index
 from typing import Any, Unpack
 
 import numpy as np
@@ -14,16 +13,19 @@ from gymnasium.vector.utils import batch_space
 
 from predprey_env.actions import brief
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
+from predprey_env.envs.fixed import Opposed, read_only
+from predprey_env.envs.inputs import read_actions, read_mask, read_mode, read_seeds
 from predprey_env.lanes import LANES
 from predprey_env.options import read_options
-from predprey_env.outside import OutsideTeam
+from predprey_env.outside import seat
 from predprey_env.policies.names import other_team
-from predprey_env.policies.opponents import Opponent, as_policy, draw_seed
-from predprey_env.settings import plain, whole_number
+from predprey_env.policies.opponents import Opponent, draw_seed
+from predprey_env.settings import whole_number
 from predprey_env.spaces import action_space, observation_space
 from predprey_env.starts import draw_each, given_starts
 from predprey_env.worlds import (
     count,
+    forget,
     judge,
     look,
     make_counts,
@@ -61,7 +63,7 @@ def vector_env(
     return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode)
 
 
-class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """Rows are agents: row ``w * n_agents + a`` is agent ``a`` of world ``w``.
 
     A library that knows vector environments then trains one policy for all agents of the team without a line of glue:
@@ -72,6 +74,12 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ``AutoresetMode.SAME_STEP``, ``final_obs`` holds for every row what it saw before any reset, so that values are
     bootstrapped from it where ``truncated`` says so, and ``final_info`` the infos from before.
     """
+
+    team: TeamName = read_only("team")
+    n_worlds: int = read_only("n_worlds")
+    num_envs: int = read_only("num_envs")
+    render_mode: str | None = read_only("render_mode", "a vector environment shows nothing")
+    _render_mode = None
 
     def __init__(
         self,
@@ -84,31 +92,68 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if config.captured_prey != "inert":
             raise ValueError(f"in a vector env captured_prey must be 'inert', got {config.captured_prey!r}")
         shape, others = config.team(team), other_team(team)
-        self.config = config
-        self.team = team
-        self.n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
-        self.autoreset_mode = _mode(autoreset_mode)
-        self.metadata = {"name": "predprey_vector_v0", "render_modes": [], "autoreset_mode": self.autoreset_mode}
-        self.num_envs = n_worlds * shape.n_agents
+        self._config = config
+        self._team = team
+        self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
+        self.metadata = {"name": "predprey_vector_v0", "render_modes": []}
+        self._autoreset_mode = self.metadata["autoreset_mode"] = read_mode(autoreset_mode)
+        self._num_envs = n_worlds * shape.n_agents
         self.single_observation_space = observation_space(config, team)
         self.single_action_space = action_space(config, team)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.opponent = as_policy(opponent, others, config)
 
         self._rules = config.rules
         self._in_turns = config.move_order == "prey_first"
         self._rows, self._other_rows = team_rows(config, team), team_rows(config, others)
         self._worlds = make_worlds(config, n_worlds, self._other_rows)
         self._scratch = make_scratch(config, self._other_rows)
-        compiled = getattr(self.opponent, "compiled", None)
-        self._outside = None if compiled else OutsideTeam(self.opponent, config, others, n_worlds)
-        self._player = compiled(others, config, LANES) if compiled else OutsideTeam.player
+        self._opponent, self._outside, self._player = seat(opponent, others, config, n_worlds)
         self._scores = np.zeros((n_worlds, config.n_agents))
-        self._generators: list[np.random.Generator | None] = [None] * n_worlds
+        self._random: list[tuple[np.random.Generator, int] | None] = [None] * n_worlds
         self._all_rows = np.ones(self.num_envs, np.bool_)  # have every info
         self._all_rows.flags.writeable = False
         self._over: np.ndarray | None = None  # which worlds; None before the first reset
+
+    def set_opponent(self, opponent: Opponent) -> None:
+        """Let somebody else play the others in all worlds from the next step on; it is reset before.
+
+        The old opponent stays if the new one cannot play or its ``reset`` raises.
+        """
+        old = self._opponent, self._outside, self._player
+        new = seat(opponent, other_team(self.team), self.config, self.n_worlds)
+        self._opponent, self._outside, self._player = new
+        try:
+            with self._all_or_nothing():
+                if self._over is not None:
+                    self._wake()
+        except BaseException:
+            self._opponent, self._outside, self._player = old
+            raise
+
+    @property
+    def autoreset_mode(self) -> AutoresetMode:
+        """What happens after the end of an episode; may be set before the first reset."""
+        return self._autoreset_mode
+
+    @autoreset_mode.setter
+    def autoreset_mode(self, given: AutoresetMode | str) -> None:
+        mode = read_mode(given)
+        if self._over is not None and mode is not self._autoreset_mode:
+            raise ValueError(
+                f"autoreset_mode cannot change after the first reset(): make the environment with {mode.value!r}"
+            )
+        self._autoreset_mode = self.metadata["autoreset_mode"] = mode
+
+    @property
+    def max_cycles(self) -> int:
+        """The time limit in steps; set, it counts for episodes under way too."""
+        return self.config.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self._config = self._config.replace(max_cycles=steps)
+        self._rules = self._config.rules
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -120,7 +165,7 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         int ``(n_worlds, n_agents, 2)``, of the worlds that start.
         """
         options = read_options(options)
-        which = np.arange(self.n_worlds) if options.get("reset_mask") is None else self._masked(options["reset_mask"])
+        which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)
         if self._over is None and len(which) < self.n_worlds:
             raise RuntimeError("reset() must be called without a reset_mask first")
         starts = options.get("starts")
@@ -140,22 +185,23 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """
         if self._over is None:
             raise RuntimeError("reset() must be called before step()")
-        if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
+        if self._autoreset_mode is AutoresetMode.DISABLED and self._over.any():
             over = np.flatnonzero(self._over).tolist()
             raise RuntimeError(
                 f"reset() must be called with a reset_mask for the worlds that are over, got {brief(over)}"
             )
         before, n_agents, dense = self._over, self._rows.n_agents, self.config.reward == "dense"
-        chosen, results = self._checked(actions), make_results(self.n_worlds, self._rows)
+        chosen = read_actions(actions, self.n_worlds, self._rows.n_agents, self.config.team(self.team).n_actions)
+        results = make_results(self.n_worlds, self._rows)
         with self._all_or_nothing():
             move_team(self._worlds, self._rows, self._rules, chosen)
             self._opponents_move()
-            if self.autoreset_mode is AutoresetMode.NEXT_STEP and before.any():
+            if self._autoreset_mode is AutoresetMode.NEXT_STEP and before.any():
                 self._start(np.flatnonzero(before))
             judge(self._worlds, self._rows, self._rules, dense, self._scratch, self._scores, results)
             self._over = (results.terminated | results.truncated)[:, 0]
             observations, infos = self._look(), self._count()
-            if self.autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
+            if self._autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
                 ended, final = np.repeat(self._over, n_agents), {"final_obs": observations, "final_info": infos}
                 self._start(np.flatnonzero(self._over))
                 observations, infos = self._look(), self._count()
@@ -169,18 +215,25 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if self._outside is None:
             yield
             return
-        changing, over, generators = (*self._worlds, self._scores), self._over, self._generators[:]
+        changing, over, random = (*self._worlds, self._scores), self._over, self._random[:]
         saved = [array.copy() for array in changing]
-        drawn = [(generator, generator.bit_generator.state) for generator in generators if generator is not None]
+        drawn = [(seeded[0], seeded[0].bit_generator.state) for seeded in random if seeded is not None]
         try:
             yield
         except BaseException:  # Ctrl-C too
             for array, old in zip(changing, saved, strict=True):
                 array[:] = old
-            self._over, self._generators = over, generators
+            self._over, self._random = over, random
             for generator, state in drawn:
                 generator.bit_generator.state = state
             raise
+
+    def _wake(self) -> None:
+        """Reset an opponent that takes over in episodes under way."""
+        seeds = np.array([draw_seed(self._seeded(world)[0]) for world in range(self.n_worlds)], np.int64)
+        forget(self._worlds, self._other_rows, seeds)
+        if self._outside:
+            self._outside.reset(np.arange(self.n_worlds), seeds)
 
     def _opponents_move(self) -> None:
         if self._outside:
@@ -190,7 +243,7 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
         """Start some worlds, each from its own random numbers."""
-        generators = [self._generator(world) for world in which.tolist()]
+        generators = [self._seeded(world)[0] for world in which.tolist()]
         starts = draw_each(generators, self.config) if given is None else given
         seeds = np.array([draw_seed(generator) for generator in generators], np.int64)
         place(self._worlds, self._other_rows, self._rules, which, starts, seeds)
@@ -222,60 +275,15 @@ class PredPreyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         infos: Infos = {name: array.ravel() for name, array in counts._asdict().items()}
         return infos | {f"_{name}": self._all_rows for name in counts._fields}
 
-    def _generator(self, world: int) -> np.random.Generator:
-        generator = self._generators[world]
-        if generator is None:
-            generator = self._generators[world] = seeding.np_random()[0]
-        return generator
-
-    def _checked(self, actions: Any) -> np.ndarray:
-        """Actions as int32 ``(n_worlds, n_agents)``, or :class:`ValueError`."""
-        most = self.config.team(self.team).n_actions - 1
-        try:
-            chosen = np.asarray(actions)
-        except ValueError:
-            raise ValueError(
-                f"actions must be integers of shape ({self.num_envs},), got rows of unequal length"
-            ) from None
-        if chosen.shape != (self.num_envs,) or not np.issubdtype(chosen.dtype, np.integer):
-            raise ValueError(
-                f"actions must be integers of shape ({self.num_envs},), got {chosen.dtype} of shape {chosen.shape}"
-            )
-        if chosen.min() < 0 or chosen.max() > most:
-            raise ValueError(f"actions must be in 0..{most}, got {chosen.min()} to {chosen.max()}")
-        return np.ascontiguousarray(chosen, np.int32).reshape(self.n_worlds, -1)
-
-    def _masked(self, mask: Any) -> np.ndarray:
-        """The worlds whose rows a reset mask marks, or :class:`ValueError`."""
-        marked = np.asarray(mask)
-        if marked.shape != (self.num_envs,) or marked.dtype != np.bool_:
-            raise ValueError(
-                f"reset_mask must be bool of shape ({self.num_envs},), got {marked.dtype} of shape {marked.shape}"
-            )
-        by_world = marked.reshape(self.n_worlds, -1)
-        if (by_world.any(axis=1) != by_world.all(axis=1)).any():
-            raise ValueError("reset_mask must mark all agents of a world or none, as they end together")
-        return np.flatnonzero(by_world[:, 0])
+    def _seeded(self, world: int) -> tuple[np.random.Generator, int]:
+        seeded = self._random[world]
+        if seeded is None:
+            seeded = self._random[world] = seeding.np_random()
+        return seeded
 
     def _seed(self, seed: int | Sequence[int | None] | None, which: np.ndarray) -> None:
-        seed = plain(seed)
-        if seed is None:
-            return
-        if isinstance(seed, Sequence | np.ndarray):
-            seeds = [None if each is None else index(each) for each in seed]
-        else:
-            seeds = [index(seed) + world for world in range(self.n_worlds)]
-        if len(seeds) != self.n_worlds:
-            raise ValueError(f"seed must be an integer or one for each of {self.n_worlds} worlds, got {len(seeds)}")
+        seeds = read_seeds(seed, self.n_worlds)
         named = {world: seeds[world] for world in which.tolist() if seeds[world] is not None}
-        fresh = {world: seeding.np_random(each)[0] for world, each in named.items()}
-        for world, generator in fresh.items():  # all of them, or none where one is no seed
-            self._generators[world] = generator
-
-
-def _mode(given: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(given)
-    except ValueError:
-        known = ", ".join(mode.value for mode in AutoresetMode)
-        raise ValueError(f"autoreset_mode must be one of {known}, got {given!r}") from None
+        fresh = {world: seeding.np_random(each) for world, each in named.items()}
+        for world, seeded in fresh.items():  # all of them, or none where one is no seed
+            self._random[world] = seeded

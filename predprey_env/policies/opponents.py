@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from inspect import signature
 from typing import Any, TypeAlias
@@ -71,6 +72,24 @@ def _check_call(function: Callable[..., Any], otherwise: str) -> None:
         called.bind(None)
     except TypeError as error:
         raise ValueError(f"{otherwise}: {error}") from None
+
+
+def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
+    """Return a copy of a policy, so that what it remembers in one world is not disturbed by another.
+
+    A policy with ``act_batch`` remembers nothing: it is returned itself. Raises :class:`ValueError` for one that cannot
+    be copied.
+    """
+    if getattr(policy, "act_batch", None):
+        return policy
+    try:
+        return copy.deepcopy(policy)
+    except Exception as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(
+            f"{whose} memory cannot be copied for each world: {reason}; give it a __deepcopy__(), or give a function "
+            "that calls its act(), which all worlds share"
+        ) from error
 
 
 def draw_seed(generator: np.random.Generator) -> int:

@@ -215,6 +215,30 @@ def test_unequal_and_unknown_options_are_refused(options: Any, line: str) -> Non
     assert env.reset()[0].tolist() == twin.reset()[0].tolist() == SEEN
 
 
+def test_the_opponent_is_changed_by_its_method_alone() -> None:
+    env = VecMonitor(adapter())
+    env.set_options({"starts": STARTS})
+    env.reset()
+    (before, *_) = env.get_attr("opponent")
+    with pytest.raises(AttributeError, match=r"^opponent is read-only; call set_opponent\(opponent\)$"):
+        env.set_attr("opponent", "flee_nearest")
+    assert env.get_attr("opponent") == [before] * 6
+    env.env_method("set_opponent", lambda views: dict.fromkeys(views, 2))
+    seen = [env.step(np.full(6, 4))[0][0].tolist() for _ in range(2)]
+    assert seen == [[2, 2, -1, -3], [2, -3, -1, -2]]  # both go north
+    with pytest.raises(ValueError, match=r"^script must be one of "):
+        env.env_method("set_opponent", "surround")
+
+
+@pytest.mark.parametrize("name", ["team", "config", "n_worlds", "num_envs", "size"])
+def test_what_the_worlds_were_made_with_is_read_only(name: str) -> None:
+    env = adapter()
+    before = env.get_attr(name)
+    with pytest.raises(AttributeError, match=f"^{name} is read-only; make another environment"):
+        env.set_attr(name, 3)
+    assert env.get_attr(name) == before
+
+
 def test_the_rows_of_the_adapter_share_one_environment() -> None:
     env = SB3VecEnv(vector_env(2, "predators", "random", autoreset_mode="SameStep", **SMALL))
     assert env.get_attr("n_worlds", indices=[0, 4]) == [2, 2]

@@ -81,7 +81,7 @@ def test_copies_made_before_the_first_reset_are_seeded_apart() -> None:
 
 def test_the_generator_is_made_when_first_asked_for_and_then_kept() -> None:
     env = PredPreyEnv()
-    assert env._generator is None
+    assert env._random is None
     assert env.np_random is env.np_random
     env.reset(seed=3)
     kept = env.np_random

@@ -95,8 +95,10 @@ EVOLVED = [
         lambda name: ScriptedTeam(name, "prey"),
         lambda name: team_view("predators", name),
         lambda name: vector_env(2, "predators", name),
+        lambda name: team_view("predators", "random").set_opponent(name),
+        lambda name: vector_env(2, "predators", "random").set_opponent(name),
     ],
-    ids=["as_policy", "ScriptedTeam", "team_view", "vector_env"],
+    ids=["as_policy", "ScriptedTeam", "team_view", "vector_env", "TeamView.set_opponent", "VectorEnv.set_opponent"],
 )
 def test_the_name_or_file_of_an_evolved_team_is_answered_with_how_to_load_it(use: Any, name: str, remedy: str) -> None:
     with pytest.raises(ValueError) as refused:  # noqa: PT011

@@ -1,0 +1,39 @@
+"""Attributes that cannot be set: it would have no effect once an environment is made."""
+
+from __future__ import annotations
+
+from operator import attrgetter
+from typing import Any
+
+from predprey_env.config import EnvConfig
+from predprey_env.policies.protocol import Policy
+
+
+def read_only(name: str, way: str = "make another environment") -> Any:
+    """An attribute kept as ``_name``; to set it is an :class:`AttributeError` that says what to do instead."""
+    return _refusing(name, f"_{name}", way)
+
+
+def _refusing(name: str, kept: str, way: str) -> property:
+    def refuse(env: Any, value: Any) -> None:  # noqa: ARG001
+        raise AttributeError(f"{name} is read-only; {way}")
+
+    return property(attrgetter(kept), refuse)
+
+
+class Configured:
+    """An environment made from a config: the fields are attributes, of which only ``max_cycles`` can be set."""
+
+    config: EnvConfig = read_only("config")
+
+
+for _field in EnvConfig.model_fields.keys() - {"max_cycles"}:
+    setattr(Configured, _field, _refusing(_field, f"config.{_field}", f"make another environment with {_field}=..."))
+del _field
+
+
+class Opposed(Configured):
+    """An environment in which one team is played inside."""
+
+    opponent: Policy = read_only("opponent", "call set_opponent(opponent)")
+    """Who plays the others."""

@@ -1,0 +1,66 @@
+"""What a vector environment is given, checked; :class:`ValueError` for what is no input."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import index
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from predprey_env.settings import plain
+
+_MODES = {mode.value.lower(): mode for mode in AutoresetMode}
+
+
+def read_mode(given: AutoresetMode | str) -> AutoresetMode:
+    """Return the mode of a name: ``"SameStep"``, as Gymnasium's enum spells its value, or ``"SAME_STEP"``, its name."""
+    if isinstance(given, AutoresetMode):
+        return given
+    mode = _MODES.get(given.replace("_", "").lower()) if isinstance(given, str) else None
+    if mode is None:
+        known = ", ".join(mode.value for mode in AutoresetMode)
+        raise ValueError(f"autoreset_mode must be one of {known}, got {given!r}")
+    return mode
+
+
+def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> np.ndarray:
+    """Return an action for each row as int32 ``(n_worlds, n_agents)``."""
+    shape = (n_worlds * n_agents,)
+    try:
+        chosen = np.asarray(actions)
+    except ValueError:
+        raise ValueError(f"actions must be integers of shape {shape}, got rows of unequal length") from None
+    if chosen.shape != shape or not np.issubdtype(chosen.dtype, np.integer):
+        raise ValueError(f"actions must be integers of shape {shape}, got {chosen.dtype} of shape {chosen.shape}")
+    if chosen.min() < 0 or chosen.max() >= n_actions:
+        raise ValueError(f"actions must be in 0..{n_actions - 1}, got {chosen.min()} to {chosen.max()}")
+    return np.ascontiguousarray(chosen, np.int32).reshape(n_worlds, n_agents)
+
+
+def read_mask(mask: Any, n_worlds: int, n_rows: int) -> np.ndarray:
+    """Return the worlds whose rows a reset mask marks, all without a mask."""
+    if mask is None:
+        return np.arange(n_worlds)
+    marked = np.asarray(mask)
+    if marked.shape != (n_rows,) or marked.dtype != np.bool_:
+        raise ValueError(f"reset_mask must be bool of shape ({n_rows},), got {marked.dtype} of shape {marked.shape}")
+    by_world = marked.reshape(n_worlds, -1)
+    if (by_world.any(axis=1) != by_world.all(axis=1)).any():
+        raise ValueError("reset_mask must mark all agents of a world or none, as they end together")
+    return np.flatnonzero(by_world[:, 0])
+
+
+def read_seeds(seed: int | Sequence[int | None] | None, n_worlds: int) -> list[int | None]:
+    """Return a seed for each world, None where it has none."""
+    seed = plain(seed)
+    if seed is None:
+        return [None] * n_worlds
+    if isinstance(seed, Sequence | np.ndarray):
+        seeds = [None if each is None else index(each) for each in seed]
+    else:
+        seeds = [index(seed) + world for world in range(n_worlds)]
+    if len(seeds) != n_worlds:
+        raise ValueError(f"seed must be an integer or one for each of {n_worlds} worlds, got {len(seeds)}")
+    return seeds

@@ -1,0 +1,140 @@
+"""What is set on an environment has an effect or is refused."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from predprey_env import EnvConfig, parallel_env, team_view, vector_env
+from predprey_env.policies import ScriptedTeam
+
+SMALL = {"size": 9, "max_cycles": 5}
+FACES: dict[str, Callable[[], Any]] = {
+    "parallel_env": lambda: parallel_env(**SMALL),
+    "team_view": lambda: team_view("prey", "random", **SMALL),
+    "vector_env": lambda: vector_env(2, "prey", "random", **SMALL),
+}
+FIELDS = [name for name in EnvConfig.model_fields if name != "max_cycles"]
+READ_ONLY = [
+    *[(face, "config") for face in FACES],
+    *[("team_view", name) for name in ("team", "env")],
+    *[("vector_env", name) for name in ("team", "n_worlds", "num_envs")],
+]
+
+
+# -- set ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("face", "name"), READ_ONLY)
+def test_what_an_environment_was_made_with_is_read_only(face: str, name: str) -> None:
+    env = FACES[face]()
+    before = getattr(env, name)
+    with pytest.raises(AttributeError, match=f"^{name} is read-only; make another environment$"):
+        setattr(env, name, 3)
+    assert getattr(env, name) is before
+
+
+@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize("face", FACES)
+def test_a_field_of_the_config_is_a_read_only_attribute(face: str, name: str) -> None:
+    env = FACES[face]()
+    assert getattr(env, name) == getattr(EnvConfig(**SMALL), name)
+    with pytest.raises(AttributeError, match=f"^{name} is read-only; make another environment with {name}=\\.\\.\\.$"):
+        setattr(env, name, 3)
+
+
+@pytest.mark.parametrize("face", ["team_view", "vector_env"])
+def test_the_opponent_is_read_only_and_the_error_names_the_way(face: str) -> None:
+    env = FACES[face]()
+    before = env.opponent
+    with pytest.raises(AttributeError, match=r"^opponent is read-only; call set_opponent\(opponent\)$"):
+        env.opponent = ScriptedTeam("surround")
+    assert env.opponent is before
+    env.set_opponent("surround")
+    assert env.opponent.script == "surround"
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_the_time_limit_can_be_set(face: str) -> None:
+    env = FACES[face]()
+    env.max_cycles = np.int64(2)
+    assert (env.max_cycles, env.config) == (2, EnvConfig(size=9, max_cycles=2))
+    env.reset(seed=1, options={"starts": [[[0, 0]] * 3 + [[4, 4]] * 2] * 2} if face == "vector_env" else None)
+    with pytest.raises(ValueError, match=r"^max_cycles must be at least 1, got 0$"):
+        env.max_cycles = 0
+    assert env.max_cycles == 2
+
+
+def test_in_many_worlds_the_time_limit_counts_at_once() -> None:
+    envs = vector_env(2, "prey", lambda views: dict.fromkeys(views, 4), **SMALL)
+    envs.reset(options={"starts": [[[0, 0]] * 3 + [[4, 4]] * 2] * 2})
+    stay = [0, 1] * 2  # a prey always moves: one to the east, one to the west
+    assert not envs.step(np.array(stay))[3].any()
+    envs.max_cycles = 2
+    assert envs.step(np.array(stay))[3].all()
+
+
+def test_the_render_mode_can_be_set() -> None:
+    env = parallel_env(**SMALL)
+    view = team_view("prey", "random", **SMALL)
+    for each in (env, view):
+        each.reset(seed=1)
+        assert each.render() is None
+        each.render_mode = "ansi"
+        assert isinstance(each.render(), str)
+        with pytest.raises(ValueError, match=r"^render_mode must be None or one of human, ansi, rgb_array, got 'rgb'$"):
+            each.render_mode = "rgb"
+        assert each.render_mode == "ansi"
+    with pytest.raises(AttributeError, match=r"^render_mode is read-only; a vector environment shows nothing$"):
+        FACES["vector_env"]().render_mode = "ansi"
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_other_attributes_can_be_set(face: str) -> None:
+    env = FACES[face]()
+    env.note = "kept"
+    for twin in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
+        assert (twin.note, twin.config, twin.size) == ("kept", env.config, 9)
+
+
+# -- autoreset ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_the_autoreset_mode_is_taken_by_name_and_by_value(mode: AutoresetMode) -> None:
+    for spelt in (mode, mode.name, mode.value, mode.name.lower(), mode.value.lower()):
+        envs = vector_env(2, "prey", "random", spelt, **SMALL)
+        assert envs.autoreset_mode is envs.metadata["autoreset_mode"] is mode
+        other = vector_env(2, "prey", "random", **SMALL)
+        other.autoreset_mode = spelt
+        assert other.autoreset_mode is other.metadata["autoreset_mode"] is mode
+
+
+@pytest.mark.parametrize("mode", ["Sometimes", "", None, 1, "same step", b"SameStep"])
+def test_an_unknown_autoreset_mode_is_refused(mode: Any) -> None:
+    line = "autoreset_mode must be one of NextStep, SameStep, Disabled, got "
+    envs = vector_env(2, "prey", "random", **SMALL)
+    for use in (lambda: vector_env(2, "prey", "random", mode), lambda: setattr(envs, "autoreset_mode", mode)):
+        with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
+            use()
+        assert str(refused.value) == f"{line}{mode!r}"
+
+
+def test_the_autoreset_mode_is_kept_once_worlds_have_started() -> None:
+    envs = vector_env(2, "prey", "random", **SMALL)
+    envs.autoreset_mode = "SAME_STEP"
+    envs.reset(seed=1)
+    for _ in range(5):
+        *_, infos = envs.step(np.zeros(4, int))
+    assert "final_obs" in infos
+    envs.autoreset_mode = "SameStep"  # as it is
+    line = r"^autoreset_mode cannot change after the first reset\(\): make the environment with 'Disabled'$"
+    with pytest.raises(ValueError, match=line):
+        envs.autoreset_mode = "DISABLED"
+    assert envs.autoreset_mode is envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
