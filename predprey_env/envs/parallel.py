@@ -123,6 +123,11 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         """The environment's generator, made when first asked for: copies made before are then seeded apart."""
         return self._seeded()[0]
 
+    @property
+    def np_random_seed(self) -> int:
+        """The seed that the generator was made from."""
+        return self._seeded()[1]
+
     def observation_space(self, agent: str) -> Box:
         """The same object at every call."""
         return self.observation_spaces[agent]

@@ -103,6 +103,11 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         """The environment's generator."""
         return self.env.np_random
 
+    @property
+    def np_random_seed(self) -> int:
+        """The seed that the generator was made from."""
+        return self.env.np_random_seed
+
     def observation_space(self, agent: str) -> Box:
         """The same object at every call."""
         return self.observation_spaces[agent]

@@ -155,6 +155,16 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._config = self._config.replace(max_cycles=steps)
         self._rules = self._config.rules
 
+    @property  # type: ignore[misc] # read-only, as in SyncVectorEnv
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The generator of each world."""
+        return tuple(self._seeded(world)[0] for world in range(self.n_worlds))
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of each world that its generator was made from."""
+        return tuple(self._seeded(world)[1] for world in range(self.n_worlds))
+
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, Infos]:
@@ -230,7 +240,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _wake(self) -> None:
         """Reset an opponent that takes over in episodes under way."""
-        seeds = np.array([draw_seed(self._seeded(world)[0]) for world in range(self.n_worlds)], np.int64)
+        seeds = np.array([draw_seed(generator) for generator in self.np_random], np.int64)
         forget(self._worlds, self._other_rows, seeds)
         if self._outside:
             self._outside.reset(np.arange(self.n_worlds), seeds)

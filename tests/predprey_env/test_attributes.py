@@ -1,4 +1,4 @@
-"""What is set on an environment has an effect or is refused."""
+"""What is set on an environment has an effect or is refused; and the attributes that Gymnasium's environments have."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import pickle
 from collections.abc import Callable
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from predprey_env import EnvConfig, parallel_env, team_view, vector_env
 from predprey_env.policies import ScriptedTeam
@@ -138,3 +139,65 @@ def test_the_autoreset_mode_is_kept_once_worlds_have_started() -> None:
     with pytest.raises(ValueError, match=line):
         envs.autoreset_mode = "DISABLED"
     assert envs.autoreset_mode is envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+
+
+# -- seeds --------------------------------------------------------------------------------------------------------
+
+
+class OneAgent(gymnasium.Env):
+    """Gymnasium's own way with seeds, to compare with."""
+
+    observation_space = action_space = gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+        super().reset(seed=seed)
+        return 0, {}
+
+
+def test_seeds_of_many_worlds_are_those_of_gymnasiums_vector_environments() -> None:
+    envs, gymnasiums = vector_env(3, "prey", "random", **SMALL), SyncVectorEnv([OneAgent] * 3)
+    expected = [(5, (5, 6, 7)), (None, (5, 6, 7)), ([7, 8, 9], (7, 8, 9)), ([None, 3, None], (7, 3, 9))]
+    for seed, seeds in expected:
+        envs.reset(seed=seed)
+        gymnasiums.reset(seed=seed)
+        assert envs.np_random_seed == gymnasiums.np_random_seed == seeds
+        assert type(envs.np_random) is type(gymnasiums.np_random) is tuple
+
+
+def test_equal_seeds_give_equal_draws_in_many_worlds() -> None:
+    one, two, other = (vector_env(3, "prey", "random", **SMALL) for _ in range(3))
+    for envs, seed in ((one, 5), (two, 5), (other, 6)):
+        envs.reset(seed=seed)
+    drawn = [[generator.random() for generator in envs.np_random] for envs in (one, two, other)]
+    assert drawn[0] == drawn[1]
+    assert drawn[1][1:] == drawn[2][:2]  # world 1 of seed 5 is world 0 of seed 6
+    assert one.reset()[0].tolist() == two.reset()[0].tolist()
+
+
+def test_seeds_that_nobody_gave_can_be_given_again() -> None:
+    envs, twin = (vector_env(3, "prey", "random", **SMALL) for _ in range(2))
+    first = envs.reset()[0]
+    assert len(set(envs.np_random_seed)) == 3
+    assert twin.reset(seed=envs.np_random_seed)[0].tolist() == first.tolist()
+
+
+def test_a_refused_seed_leaves_the_seeds_as_they_were() -> None:
+    envs = vector_env(3, "prey", "random", **SMALL)
+    envs.reset(seed=5)
+    with pytest.raises(Exception, match="-1"):
+        envs.reset(seed=[1, 2, -1])
+    assert envs.np_random_seed == (5, 6, 7)
+
+
+@pytest.mark.parametrize("face", ["parallel_env", "team_view"])
+def test_a_single_environment_has_its_seed(face: str) -> None:
+    env, twin = FACES[face](), FACES[face]()
+    for seed in (5, np.int64(6)):
+        env.reset(seed=seed)
+        assert env.np_random_seed == seed
+        env.reset()
+        assert env.np_random_seed == seed
+    unseeded = FACES[face]()
+    unseeded.reset()
+    twin.reset(seed=unseeded.np_random_seed)
+    assert unseeded.state().tolist() == twin.state().tolist()
