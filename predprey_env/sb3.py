@@ -18,13 +18,13 @@ from predprey_env.options import read_options
 class SB3VecEnv(VecEnv):
     """A :class:`~predprey_env.PredPreyVectorEnv` as a ``VecEnv``: a row for each agent, one policy for all of them.
 
-    Raises :class:`ValueError` unless the environment starts worlds again in the step in which they end
-    (``AutoresetMode.SAME_STEP``), as Stable-Baselines3 expects.
+    It sets the environment's ``autoreset_mode`` to ``AutoresetMode.SAME_STEP``, as Stable-Baselines3 expects worlds to
+    start again in the step in which they end. Raises :class:`ValueError` if the environment was reset before in another
+    mode.
     """
 
     def __init__(self, env: PredPreyVectorEnv) -> None:
-        if env.autoreset_mode is not AutoresetMode.SAME_STEP:
-            raise ValueError(f"autoreset_mode must be SAME_STEP for Stable-Baselines3, got {env.autoreset_mode.name}")
+        env.autoreset_mode = AutoresetMode.SAME_STEP
         self.env = env
         self.render_mode = None
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import supersuit as ss
 import torch
+from gymnasium.vector import AutoresetMode
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.utils import set_random_seed
@@ -146,14 +147,32 @@ def test_the_adapter_tells_where_an_episode_was_cut_off() -> None:
     assert min(ends.values()) > 10
 
 
-def test_the_adapter_needs_worlds_that_start_again_at_once() -> None:
-    with pytest.raises(ValueError, match=r"^autoreset_mode must be SAME_STEP for Stable-Baselines3, got NEXT_STEP$"):
-        SB3VecEnv(vector_env(2, "prey", "surround"))
+def test_the_adapter_asks_for_worlds_that_start_again_at_once() -> None:
+    worlds = vector_env(8, "predators", "random", **SMALL)
+    env = SB3VecEnv(worlds)
+    assert worlds.autoreset_mode is AutoresetMode.SAME_STEP
+    env.seed(1)
+    env.reset()
+    ended = np.zeros(env.num_envs, bool)
+    for _ in range(30):
+        _, _, dones, infos = env.step(np.zeros(env.num_envs, int))
+        ended |= dones
+        assert all(("terminal_observation" in info) == done for info, done in zip(infos, dones, strict=True))
+    assert ended.all()
+
+
+def test_the_adapter_refuses_worlds_that_have_started_in_another_mode() -> None:
+    worlds = vector_env(2, "prey", "surround")
+    worlds.reset(seed=1)
+    line = r"^autoreset_mode cannot change after the first reset\(\): make the environment with 'SameStep'$"
+    with pytest.raises(ValueError, match=line):
+        SB3VecEnv(worlds)
+    SB3VecEnv(vector_env(2, "prey", "surround", "SAME_STEP"))
 
 
 def adapter() -> SB3VecEnv:
     """Two worlds of five agents, and random prey."""
-    return SB3VecEnv(vector_env(2, "predators", "random", "SameStep", **SMALL))
+    return SB3VecEnv(vector_env(2, "predators", "random", **SMALL))
 
 
 # Where each agent of each world starts; the first predator then sees the prey at (2, 1) and (-1, 2).
