@@ -71,7 +71,8 @@ largest there is. `rho` is the number of steps played, of at most `R = max_cycle
 ### Starting state
 
 Uniform random cells; a prey in a predator's cell is drawn again. `reset(options={"starts": cells})` places the agents:
-integers `(n_agents, 2)`, predators first.
+integers `(n_agents, 2)`, predators first. An option that looks like a misspelt `starts` is a `ValueError`; others are left to
+wrappers.
 
 ### Episode end
 

@@ -172,7 +172,8 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
         World ``w`` is seeded with ``seed + w``, as Gymnasium does, or with ``seed[w]``: runs that are to differ need
         seeds at least ``n_worlds`` apart. ``options={"starts": cells}`` places the agents,
-        int ``(n_worlds, n_agents, 2)``, of the worlds that start.
+        int ``(n_worlds, n_agents, 2)``, of the worlds that start. An option that looks like one of these misspelt is a
+        :class:`ValueError`; others are left to wrappers.
         """
         options = read_options(options)
         which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)
