@@ -6,10 +6,13 @@ Arrays go into safetensors with one JSON header that names its kind and schema a
 from __future__ import annotations
 
 import csv
+import errno
 import hashlib
 import io
 import json
 import os
+import shutil
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,28 +31,70 @@ class DamagedFileError(ValueError):
 
 
 def write(path: Path, data: bytes) -> None:
-    """Put a file in place whole: written beside it, synced, renamed. What is no file, a pipe say, is written to."""
-    beside = path.with_name(f".{path.name}.part")
+    """Put a file in place whole: written beside it, synced, renamed. It keeps its mode.
+
+    A symbolic link stays, and the file that it points to is written. Some things are written to instead of replaced:
+    what is no file (a pipe, say), where standard output goes, and a file whose directory takes no other.
+    """
     with naming(path):
+        for descriptor in (1, 2):  # --csv /dev/stdout > file, say, keeps what else is printed
+            if _is_open_as(descriptor, path):
+                sys.stdout.flush()
+                with open(descriptor, "wb", closefd=False) as file:
+                    file.write(data)
+                return
         if path.exists() and not path.is_file():
             path.write_bytes(data)
             return
+        place = _target(path)
         try:
-            with beside.open("wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            beside.replace(path)
-        except BaseException:  # Ctrl-C too
-            beside.unlink(missing_ok=True)
-            raise
+            _replace(place, data)
+        except OSError as error:
+            if error.errno not in _CANNOT_REPLACE:
+                raise
+            place.write_bytes(data)
+
+
+_CANNOT_REPLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EBUSY, errno.ENAMETOOLONG)
+"""Errors of a directory that takes no other file, of a file that is mounted by itself, and of a long name."""
+
+
+def _replace(place: Path, data: bytes) -> None:
+    beside = place.with_name(f".{place.name}.part")
+    try:
+        with beside.open("wb") as file:
+            if place.exists():
+                place.open("ab").close()  # a file that may not be written stays
+                shutil.copymode(place, beside)
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(place)
+    except BaseException:  # Ctrl-C too
+        beside.unlink(missing_ok=True)
+        raise
+
+
+def _target(path: Path) -> Path:
+    """The path behind symbolic links. There need not be a file yet."""
+    target = Path(os.path.realpath(path))
+    if target.is_symlink():
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+    return target
+
+
+def _is_open_as(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except OSError:
+        return False
 
 
 def write_table(path: Path, rows: Iterable[Iterable[object]]) -> None:
     """Put a CSV file in place whole."""
     text = io.StringIO(newline="")
     csv.writer(text).writerows(rows)
-    write(path, text.getvalue().encode())
+    write(path, text.getvalue().encode(errors="backslashreplace"))  # a path may hold bytes that are no text
 
 
 def check_place(path: Path) -> None:
@@ -58,8 +103,9 @@ def check_place(path: Path) -> None:
         if path.exists():
             path.open("ab").close()
         else:
-            path.touch()
-            path.unlink()
+            target = _target(path)
+            target.touch()
+            target.unlink()
 
 
 @contextmanager

@@ -27,8 +27,9 @@ class TensorBoardLog:
         from tensorboard.summary.writer.record_writer import RecordWriter
 
         self._path = directory / f"events.out.tfevents.{time():.6f}.{os.getpid()}"
-        with naming(self._path):
+        with naming(directory):
             directory.mkdir(parents=True, exist_ok=True)
+        with naming(self._path):
             self._file = self._path.open("xb")
         self._records = RecordWriter(self._file)
         self._write(file_version="brain.Event:2")
