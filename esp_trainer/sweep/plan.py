@@ -26,6 +26,7 @@ from esp_trainer.presets import preset
 from predprey_env.settings import flat, unknown_field
 
 _MOST = 100_000
+_LONGEST_NAME = 255 - len("traceback-.txt")  # what file systems take of the longest that is named after a run
 _ENTRIES = ["preset", "seeds", "fields"]
 
 
@@ -48,13 +49,24 @@ def read_plan(file: Path) -> list[PlannedRun]:
 
     Raises :class:`ValueError` with what is wrong with the file, in one line.
     """
+    return plan_of(file.read_bytes(), file)
+
+
+def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
+    """The same of what was read from a file, as a pipe can be read only once."""
     try:
-        plan = _runs(tomllib.loads(file.read_text(encoding="utf-8-sig")))
+        plan = _runs(tomllib.loads(declared.decode("utf-8-sig")))
         name, times = Counter(run.name for run in plan).most_common(1)[0]
         if times > 1:
             raise ValueError(f"runs must be different, got {name} {times} times")
         if len({run.config.model_dump_json() for run in plan}) < len(plan):
             raise ValueError("runs must be different, got a value twice, written in two ways")
+        longest = max((run.name for run in plan), key=len)
+        if len(longest) > _LONGEST_NAME:
+            raise ValueError(
+                f"a run is named by its values from lists, in at most {_LONGEST_NAME} characters, got {len(longest)}: "
+                f"give fewer fields as lists, or make several sweeps of it; {longest[:60]}..."
+            )
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: {error}") from None
     return plan

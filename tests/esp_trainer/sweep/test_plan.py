@@ -103,6 +103,18 @@ def test_a_file_that_is_no_toml_is_refused_in_one_line(data: bytes, tmp_path: Pa
     assert "\n" not in str(raised.value)
 
 
+def test_a_run_whose_name_no_file_system_takes_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    """Beside a run ``traceback-NAME.txt`` may be written, and a file's name has at most 255 bytes."""
+    declared = 'preset = "smoke"\n[fields]\nprey.n_hidden = [{}]'
+    longest = "1" + "0" * (255 - len("traceback-smoke-prey.n_hidden=1-seed0.txt"))
+    (run,) = plan_of(declared.format(longest), tmp_path)
+    assert len(f"traceback-{run[1]}.txt".encode()) == 255
+    with pytest.raises(ValueError, match=r"in at most 241 characters, got 242: give fewer fields as lists") as raised:
+        plan_of(declared.format(longest + "0"), tmp_path)
+    assert "\n" not in str(raised.value)
+    assert len(str(raised.value)) < 300
+
+
 def test_a_value_added_to_a_list_leaves_the_names_of_the_others(tmp_path: Path) -> None:
     before = plan_of('preset = "smoke"\n[fields]\nesp.n_trials = [50]', tmp_path)
     after = plan_of('preset = "smoke"\n[fields]\nesp.n_trials = [50, 100]', tmp_path)
