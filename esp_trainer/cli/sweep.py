@@ -21,7 +21,7 @@ from esp_trainer.files import write
 from esp_trainer.run.directory import Lock, RunDirectory, Tail
 from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.on_cluster import ClusterPool
-from esp_trainer.sweep.plan import PlannedRun, read_plan
+from esp_trainer.sweep.plan import PlannedRun, plan_of
 from esp_trainer.sweep.pool import Pool, Work
 from esp_trainer.sweep.results import Result, is_whole, result_of, table, write_csv
 
@@ -30,14 +30,15 @@ _LOOK = 0.25  # seconds between looks at the runs
 
 def sweep(file: Path, out: Path | None, workers: int | None, address: str | None, *, quiet: bool) -> int:
     """Do all runs of a sweep that are not whole, and say what came of them."""
-    plan = read_plan(file)
-    out = out or Path("runs") / file.stem
+    declared = file.read_bytes()  # once, as it may be a pipe
+    plan = plan_of(declared, file)
+    out = out or _place(file)
     if RunDirectory(out).config_file.exists():
         raise FileExistsError(f"{out} holds a run; choose another directory for a sweep")
     out.mkdir(parents=True, exist_ok=True)
     held = Lock(out)
     try:
-        write(out / "sweep.toml", file.read_bytes())
+        write(out / "sweep.toml", declared)
         todo = [run for run in plan if not is_whole(out / run.name, run)]
         _say(
             f"{len(plan)} runs in {out}" + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
@@ -50,10 +51,23 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         held.release()
     if stopped_by:
         where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
-        command = " ".join(["esp-trainer sweep", quoted(file), "--out", quoted(out), *where])
+        again = file if _has_name(file) else out / "sweep.toml"
+        command = " ".join(["esp-trainer sweep", quoted(again), "--out", quoted(out), *where])
         _say(f"stopped; go on with: {command}")
         return 128 + stopped_by
     return 1 if any(result.reason for result in results) else 0
+
+
+def _place(file: Path) -> Path:
+    """The directory that is named after a sweep's file."""
+    if not _has_name(file):
+        raise ValueError(f"{file} has no name of its own for the directory of the runs: give it by --out")
+    return Path("runs") / file.stem
+
+
+def _has_name(file: Path) -> bool:
+    """Whether it is a file, and not a pipe or an open one by its number."""
+    return file.is_file() and str(file.parent) not in ("/dev", "/dev/fd", "/proc/self/fd")
 
 
 def _do(
@@ -141,13 +155,13 @@ class _Bars:
         self._last = dict.fromkeys(self._tails, b"")
         self._bars: dict[str, TaskID] = {}
         self._all = progress.add_task("", total=sum(run.config.generations for run in todo), caught="")
-        for name, tail in self._tails.items():  # what there is from before
-            self._done[name] = len(tail.look()[0])
+        for name in self._tails:  # what there is from before
+            self._done[name] = len(self._look(name)[0])
         progress.update(self._all, completed=sum(self._done.values()))
 
     def __call__(self, name: str | None, reason: str | None) -> None:
-        for each, tail in self._tails.items():
-            lines, cut = tail.look()
+        for each in self._tails:
+            lines, cut = self._look(each)
             if lines or cut:
                 self._done[each] = len(lines) + (0 if cut else self._done[each])
                 self._last[each] = lines[-1] if lines else self._last[each]
@@ -160,6 +174,12 @@ class _Bars:
             self._progress.console.print(_line(result_of(self._out / name, self._runs[name], reason)), highlight=False)
         ended = f"{self._ended} of {len(self._runs)} runs"
         self._progress.update(self._all, completed=sum(self._done.values()), description=ended)
+
+    def _look(self, name: str) -> tuple[list[bytes], bool]:
+        try:
+            return self._tails[name].look()
+        except OSError:  # its worker will say what is wrong
+            return [], False
 
     def _show(self, name: str) -> None:
         if name not in self._bars:

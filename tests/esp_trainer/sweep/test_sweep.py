@@ -8,19 +8,24 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from rich.console import Console
+from rich.progress import Progress
 
 from esp_trainer.cli import main
+from esp_trainer.cli.sweep import _Bars
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.sweep.plan import read_plan
 from esp_trainer.sweep.results import is_whole, result_of, table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 
@@ -166,6 +171,47 @@ def test_a_sweep_that_another_process_does_is_left_alone(
     assert sweep(declared(), tmp_path) == 1
     assert capsys.readouterr().err == f"esp-trainer: {tmp_path} is in use by another process or trainer\n"
     assert not (tmp_path / "runs.csv").exists()
+
+
+@contextmanager
+def piped(data: bytes) -> Iterator[Path]:
+    """What a shell makes of ``<(...)``."""
+    reader, writer = os.pipe()
+    os.write(writer, data)
+    os.close(writer)
+    yield Path(f"/dev/fd/{reader}")
+    os.close(reader)
+
+
+def test_a_sweep_from_a_pipe_is_kept_beside_its_runs_and_goes_on_from_there(
+    declared: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    monkeypatch.setattr("esp_trainer.cli.sweep._do", lambda *_, **__: ({}, signal.SIGTERM))
+    with piped(declared().read_bytes()) as pipe:
+        assert sweep(pipe, out) == 128 + signal.SIGTERM
+    assert (out / "sweep.toml").read_bytes() == declared().read_bytes()
+    assert f"stopped; go on with: esp-trainer sweep {out / 'sweep.toml'} --out {out}\n" in capsys.readouterr().err
+
+
+def test_a_sweep_from_a_pipe_needs_a_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with piped(b'preset = "smoke"') as pipe:
+        assert main(["sweep", str(pipe)]) == 1
+    says = f"{pipe} has no name of its own for the directory of the runs: give it by --out"
+    assert capsys.readouterr().err == f"esp-trainer: {says}\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_bars_of_runs_whose_logs_cannot_be_looked_at_are_drawn(declared: Any) -> None:
+    """Their workers fail, which the table says."""
+    (run, *_) = plan = read_plan(declared(seeds=1))
+    with Progress(console=Console(file=StringIO())) as progress:
+        bars = _Bars(plan, Path("x" * 300), progress)
+        bars(run.name, "File name too long")
+        assert [task.completed for task in progress.tasks] == [0]
 
 
 def begin(file: Path, out: Path) -> subprocess.Popen[str]:
