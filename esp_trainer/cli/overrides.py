@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+from contextlib import suppress
 from typing import Any
 
 from pydantic import BaseModel
@@ -64,10 +65,11 @@ def _hint(name: str) -> str:
 
 
 def _value(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except ValueError:  # a word, or more digits than Python will read
-        return {"True": True, "False": False}.get(text, text)
+    """A value as JSON has it, or a number as Python reads it (``.5``, ``+3``, ``1_000``), or a word."""
+    for read in (json.loads, int, float):
+        with suppress(ValueError, RecursionError):
+            return read(text)
+    return {"true": True, "false": False}.get(text.lower(), text)
 
 
 def describe(config: RunConfig) -> str:

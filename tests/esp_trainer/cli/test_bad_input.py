@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from esp_trainer.cli.parser import make_parser
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import read_arrays, write_arrays
@@ -75,6 +76,21 @@ def test_a_command_that_is_wrong_is_refused_in_one_line_and_does_nothing(
     assert says in refusal
     assert refusal.startswith("esp-trainer")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("number", ["+3", "1_000", "007", " 3 "])
+def test_a_whole_number_may_be_written_as_python_reads_it(number: str) -> None:
+    options = make_parser().parse_args(["evaluate", "a", "--against", "b", "--seed", number, "--episodes", number])
+    assert (options.seed, options.episodes) == (int(number), int(number))
+
+
+@pytest.mark.parametrize("number", [".5", "3.", "1e3", "-1", "x", "0x10", "", "1" * 5000])
+def test_what_is_no_whole_number_is_refused_with_what_was_expected(
+    number: str, esp_trainer: Callable[..., Any]
+) -> None:
+    refusal = esp_trainer("evaluate", "a", "--against", "b", "--seed", number).refusal
+    says = f"argument --seed: must be a whole number of at least 0, got {number!r}"
+    assert refusal == f"esp-trainer evaluate: {says}"
 
 
 def test_an_argument_of_the_wrong_type_is_named_in_the_users_words(esp_trainer: Callable[..., Any]) -> None:

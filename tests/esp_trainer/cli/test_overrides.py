@@ -45,6 +45,16 @@ def _get(config: RunConfig, name: str) -> Any:
         (["--env.predator_idle=false"], "env.predator_idle", False),
         (["--esp.init_range", "2"], "esp.init_range", 2.0),
         (["--esp.mutation_scale", "1e-3"], "esp.mutation_scale", 0.001),
+        (["--esp.mutation_rate", ".5"], "esp.mutation_rate", 0.5),
+        (["--esp.mutation_rate=.5"], "esp.mutation_rate", 0.5),
+        (["--esp.init_range", "5."], "esp.init_range", 5.0),
+        (["--esp.init_range", "+.5e1"], "esp.init_range", 5.0),
+        (["--esp.init_range", "+5"], "esp.init_range", 5.0),
+        (["--esp.n_trials", "1_000"], "esp.n_trials", 1000),
+        (["--seed", "+3"], "seed", 3),
+        (["--seed", "007"], "seed", 7),
+        (["--env.swap_captures", "TRUE"], "env.swap_captures", True),
+        (["--env.predator_idle=False"], "env.predator_idle", False),
         (["--esp.pairing", "hall_of_fame"], "esp.pairing", "hall_of_fame"),
         (["--esp.pairing=mixed"], "esp.pairing", "mixed"),
         (["--prey.controller", "monolithic"], "prey.controller", "monolithic"),
@@ -86,6 +96,10 @@ def test_fields_that_are_only_right_together_may_come_in_any_order() -> None:
         (["--seed", "three"], "seed must be an integer, got 'three'"),
         (["--seed="], "seed must be an integer, got ''"),
         (["--seed", "1.5"], "seed must be an integer, got 1.5"),
+        (["--seed", "5."], "seed must be an integer, got 5.0"),
+        (["--seed", "0x10"], "seed must be an integer, got '0x10'"),
+        (["--esp.mutation_rate", "-.5"], "esp.mutation_rate must be at least 0.0, got -0.5"),
+        (["--esp.mutation_rate", ".5.5"], "esp.mutation_rate must be a number, got '.5.5'"),
         (["--seed", "null"], "seed must be an integer, got None"),
         (["--seed", "[1]"], "seed must be an integer, got [1]"),
         (["--seed", "-1"], "seed must be at least 0, got -1"),
@@ -111,16 +125,17 @@ def test_an_option_that_is_wrong_is_refused_in_one_line(options: list[str], line
         override(preset("smoke"), options)
 
 
-@pytest.mark.parametrize("value", ["NaN", "Infinity", "-Infinity", "1e999"])
+@pytest.mark.parametrize("value", ["NaN", "Infinity", "-Infinity", "1e999", "nan", "inf", "-inf"])
 @pytest.mark.parametrize("name", ["esp.init_range", "esp.mutation_rate", "esp.elite_share", "prey.input_scale"])
 def test_a_number_that_is_not_finite_is_refused(name: str, value: str) -> None:
     with pytest.raises(ValueError, match=rf"^{name} must be .*, got -?(nan|inf)$"):
         override(preset("smoke"), [f"--{name}", value])
 
 
-def test_a_number_with_too_many_digits_is_refused_in_one_line() -> None:
+@pytest.mark.parametrize("value", ["1" * 10_000, "[" * 100_000])
+def test_a_value_that_python_will_not_read_is_refused_in_one_line(value: str) -> None:
     with pytest.raises(ValueError, match=r"\A[^\n]+\Z"):
-        override(preset("smoke"), ["--seed", "1" * 10_000])
+        override(preset("smoke"), ["--seed", value])
 
 
 def test_the_first_of_several_faults_is_told_alone() -> None:
