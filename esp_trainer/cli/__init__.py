@@ -58,7 +58,7 @@ def _run(arguments: list[str]) -> int:
         fields, arguments = split(arguments)
     options, unknown = parser.parse_known_args(arguments)
     if unknown and options.command != "train":
-        parser.error(f"unexpected {unknown[0]!r}")
+        options.refuse_option(unknown[0])
     read_options(unknown)
     return _dispatch(options, [*fields, *unknown])
 

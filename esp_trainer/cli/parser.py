@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import difflib
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from pathlib import Path
-from typing import NoReturn, Protocol
+from typing import Any, NoReturn, Protocol
 
 from esp_trainer.cli.overrides import describe
 from esp_trainer.presets import PRESETS
@@ -52,10 +53,25 @@ _DRAWN = "draw the actions of sb3: and torch: by their chances"
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser whose errors fit on one line."""
+    """Argument parser whose errors fit on one line and name what is nearest to a word that it does not know."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {message}\n")
+
+    def refuse_option(self, option: str) -> NoReturn:
+        """End with the error for an option that this command does not have."""
+        self.error(f"unexpected {option!r}{_nearest(option.partition('=')[0], self._option_string_actions)}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            choices = list(map(str, action.choices))
+            hint = _nearest(str(value), choices) or f" (choose from {', '.join(choices)})"
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}{hint}")
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(word.lower(), known, n=1)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 class _Command(Protocol):
@@ -71,7 +87,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     def command(name: str, summary: str, epilog: str | None = None) -> argparse.ArgumentParser:
-        return commands.add_parser(
+        made = commands.add_parser(
             name,
             help=summary,
             description=summary,
@@ -79,6 +95,8 @@ def make_parser() -> argparse.ArgumentParser:
             allow_abbrev=False,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        made.set_defaults(refuse_option=made.refuse_option)
+        return made
 
     for add in (_add_training, _add_sweep, _add_teams, _add_analysis, _add_benchmark, _add_exact):
         add(command)

@@ -78,6 +78,26 @@ def test_a_command_that_is_wrong_is_refused_in_one_line_and_does_nothing(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        ("analyze", ": argument COMMAND: invalid choice: 'analyze'; did you mean analyse?"),
+        ("behaviors", ": argument COMMAND: invalid choice: 'behaviors'; did you mean behaviours?"),
+        ("Watch", ": argument COMMAND: invalid choice: 'Watch'; did you mean watch?"),
+        ("behaviours run --epsiodes 3", " behaviours: unexpected '--epsiodes'; did you mean --episodes?"),
+        ("sweep file --worker=3", " sweep: unexpected '--worker=3'; did you mean --workers?"),
+        ("resume run --xyzzy", " resume: unexpected '--xyzzy'"),
+        (
+            "benchmark --role predator",
+            " benchmark: argument --role: invalid choice: 'predator'; did you mean predators?",
+        ),
+        ("teams --task 4v4", " teams: argument --task: invalid choice: '4v4' (choose from 3v2, 3v1)"),
+    ],
+)
+def test_the_nearest_word_that_is_known_is_named(command: str, says: str, esp_trainer: Callable[..., Any]) -> None:
+    assert esp_trainer(*command.split()).refusal == f"esp-trainer{says}"
+
+
 @pytest.mark.parametrize("number", ["+3", "1_000", "007", " 3 "])
 def test_a_whole_number_may_be_written_as_python_reads_it(number: str) -> None:
     options = make_parser().parse_args(["evaluate", "a", "--against", "b", "--seed", number, "--episodes", number])
