@@ -90,11 +90,16 @@ def _is_open_as(descriptor: int, path: Path) -> bool:
         return False
 
 
+def write_text(path: Path, text: str) -> None:
+    """Put a text in place whole, in UTF-8; bytes of a path that are no text are written as escapes."""
+    write(path, text.encode(errors="backslashreplace"))
+
+
 def write_table(path: Path, rows: Iterable[Iterable[object]]) -> None:
     """Put a CSV file in place whole."""
     text = io.StringIO(newline="")
     csv.writer(text).writerows(rows)
-    write(path, text.getvalue().encode(errors="backslashreplace"))  # a path may hold bytes that are no text
+    write_text(path, text.getvalue())
 
 
 def check_place(path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from esp_trainer.benchmark.gauntlet import PARTS
 from esp_trainer.benchmark.report import Result
-from esp_trainer.files import write
+from esp_trainer.files import write_text
 from esp_trainer.statistics import in_points
 from predprey_env.actions import brief
 
@@ -38,7 +38,7 @@ def append(path: Path, result: Result) -> None:
     rows = [each for each in tables.get(title, []) if _identity(each) != _identity(row)]
     tables[title] = sorted([*rows, row], key=lambda each: (-float(_cells(each)[1]), each))
     parts = [f"## {title}\n\n{_HEAD}\n" + "\n".join(tables[title]) + "\n" for title in sorted(tables)]
-    write(path, "\n".join([_INTRODUCTION, *parts]).encode())
+    write_text(path, "\n".join([_INTRODUCTION, *parts]))
 
 
 def read(path: Path) -> dict[str, list[str]]:

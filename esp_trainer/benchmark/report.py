@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.analysis import plots
 from esp_trainer.benchmark.gauntlet import PARTS, Row, Standing
-from esp_trainer.files import to_json, write
+from esp_trainer.files import to_json, write, write_text
 from esp_trainer.statistics import in_points
 from esp_trainer.types import Role
 
@@ -90,7 +90,7 @@ def save(result: Result, place: Path) -> None:
     """Write ``results.json``, ``table.txt`` and ``scores.png`` with its data, whatever was played."""
     place.mkdir(parents=True, exist_ok=True)
     write(place / "results.json", to_json(result.as_dict()))
-    write(place / "table.txt", f"{table(result)}\n\n{result.command}\n".encode())
+    write_text(place / "table.txt", f"{table(result)}\n\n{result.command}\n")
     if result.rows:
         _draw(result, place / "scores.png")
 

@@ -17,7 +17,7 @@ from plotly.offline import get_plotlyjs
 from esp_trainer.analysis.history import History
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.files import write
+from esp_trainer.files import write_text
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import charts, matches, moments
 from esp_trainer.report.measure import Measured, Settings, measure
@@ -44,7 +44,7 @@ def write_page(
     """
     runs = measure(sources, settings, say)
     say("writing the page ...")
-    write(out, page(runs, notes).encode())
+    write_text(out, page(runs, notes))
 
 
 def page(runs: Sequence[Measured], notes: Sequence[str] = ()) -> str:

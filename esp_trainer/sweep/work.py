@@ -9,7 +9,7 @@ from pathlib import Path
 
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.files import in_words
+from esp_trainer.files import in_words, write_text
 from esp_trainer.run.checkpoint import difference
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.trainer import Trainer
@@ -33,7 +33,7 @@ def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object
     except Exception as error:
         log = path.with_name(f"traceback-{path.name}.txt")
         with suppress(OSError):
-            log.write_text(traceback.format_exc(), encoding="utf-8")
+            write_text(log, traceback.format_exc())
         return f"{type(error).__name__}: {str(error).partition(chr(10))[0]}; see {log}"
     return None
 
