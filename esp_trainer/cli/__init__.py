@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 
 from gymnasium.error import DependencyNotInstalled
@@ -11,6 +10,7 @@ from gymnasium.error import DependencyNotInstalled
 from esp_trainer.cli import teams, training
 from esp_trainer.cli.overrides import describe, override, read_options, split
 from esp_trainer.cli.parser import make_parser
+from esp_trainer.cli.streams import let_go, standard_streams
 from esp_trainer.files import in_words
 from esp_trainer.presets import PRESETS, preset
 from predprey_env.config import EnvConfig
@@ -18,13 +18,18 @@ from predprey_env.config import EnvConfig
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; a user's mistake is one line on standard error and a non-zero exit."""
+    with standard_streams():
+        return _outcome(sys.argv[1:] if arguments is None else arguments)
+
+
+def _outcome(arguments: list[str]) -> int:
     try:
         try:
-            return _run(sys.argv[1:] if arguments is None else arguments)
+            return _run(arguments)
         finally:
             sys.stdout.flush()
     except BrokenPipeError:
-        _let_go_of_output()
+        let_go(sys.stdout)
         return 1
     except KeyboardInterrupt:
         print("esp-trainer: interrupted", file=sys.stderr)
@@ -32,18 +37,10 @@ def main(arguments: list[str] | None = None) -> int:
     except MemoryError as error:
         return _fail(f"not enough memory: {error}" if str(error) else "not enough memory")
     except OSError as error:
-        _let_go_of_output()
+        let_go(sys.stdout)
         return _fail(in_words(error))
     except (ValueError, ArithmeticError, DependencyNotInstalled) as error:
         return _fail(str(error))
-
-
-def _let_go_of_output() -> None:
-    """If nobody takes what is still to print, drop it; else Python complains about it when it ends."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(line: str) -> int:

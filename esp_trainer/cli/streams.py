@@ -1,0 +1,103 @@
+"""The standard streams as commands need them: open, for every character, and no reason to end a run."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any, TextIO, cast
+
+_PLAIN = str.maketrans(
+    {
+        **dict(zip("▁▂▃▄▅▆▇█", ".:-=+*%#", strict=True)),
+        **dict(zip("│─┌┐└┘·…", "|-++++.~", strict=True)),
+        "±": "+-",
+    }
+)
+"""What is printed instead of characters that the encoding of a stream does not have."""
+
+
+@contextmanager
+def standard_streams() -> Iterator[None]:
+    """Make standard input, output and error usable in all circumstances; afterwards they are as before.
+
+    Those that are closed are opened on the null device. Else the first file of a run would get the descriptor of
+    standard error, with all that libraries write there. Characters that an encoding does not have are printed as plain
+    ones, and bytes of a path that are no text as escapes. If standard error cannot be written, messages are lost.
+    """
+    _open_closed_descriptors()
+    with ExitStack() as afterwards:
+        for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
+            if getattr(sys, name) is None:
+                afterwards.callback(setattr, sys, name, None)
+                setattr(sys, name, afterwards.enter_context(Path(os.devnull).open(mode, encoding="utf-8")))
+        for stream in (sys.stdout, sys.stderr):
+            afterwards.callback(_set_errors, stream, getattr(stream, "errors", None))
+            _set_errors(stream, _HANDLER)
+        afterwards.callback(setattr, sys, "stderr", sys.stderr)
+        sys.stderr = cast(TextIO, _Messages(sys.stderr))
+        yield
+
+
+def _open_closed_descriptors() -> None:
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != descriptor:
+                os.dup2(null, descriptor)
+                os.close(null)
+            os.set_inheritable(descriptor, True)  # by the workers of a sweep
+
+
+def _set_errors(stream: Any, errors: str | None) -> None:
+    """Choose an error handler, unless it is no stream of text in an encoding (a notebook's is not)."""
+    if hasattr(stream, "reconfigure"):
+        with suppress(OSError, ValueError):  # it is flushed, or closed
+            stream.reconfigure(errors=errors)
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end].translate(_PLAIN)
+    return text.encode("ascii", "backslashreplace").decode(), error.end
+
+
+_HANDLER = "esp_trainer.plain"
+codecs.register_error(_HANDLER, _plain)
+
+
+class _Messages:
+    """Standard error. A full disk, or a reader or terminal that has gone, costs the messages and not the run."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> None:
+        """Write, or lose what is written."""
+        try:
+            self._stream.write(text)
+        except OSError:
+            let_go(self._stream)
+
+    def flush(self) -> None:
+        """Write what is buffered, or lose it."""
+        let_go(self._stream)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def let_go(stream: TextIO) -> None:
+    """If nobody takes what is still to print, drop it; else Python complains about it when it ends."""
+    try:
+        stream.flush()
+    except OSError:
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, stream.fileno())
+        os.close(null)

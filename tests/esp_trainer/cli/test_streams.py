@@ -1,0 +1,148 @@
+"""Standard streams that are closed, full, or without the characters that commands print."""
+
+from __future__ import annotations
+
+import ast
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+import esp_trainer
+import predprey_env
+from esp_trainer.cli import main, streams
+
+if TYPE_CHECKING:
+    pass
+
+linux = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full and /proc")
+TRAIN = ("train", "smoke", "--generations", "1", "--out", "run")
+
+
+def encoded(encoding: str, errors: str = "strict") -> io.TextIOWrapper:
+    return io.TextIOWrapper(io.BytesIO(), encoding=encoding, errors=errors)
+
+
+def read(stream: io.TextIOWrapper) -> str:
+    stream.flush()
+    data = stream.buffer.getvalue()  # type: ignore[attr-defined]
+    return data.decode(stream.encoding)
+
+
+# Characters.
+
+
+@pytest.mark.parametrize(
+    ("encoding", "lines"),
+    [
+        ("utf-8", ["┌─────────────────────────┐", "│ · · · · · · · · · · · · │"]),
+        ("cp1252", ["+-------------------------+", "| · · · · · · · · · · · · |"]),
+        ("ascii", ["+-------------------------+", "| . . . . . . . . . . . . |"]),
+    ],
+)
+def test_a_replay_is_drawn_in_the_characters_that_there_are(
+    encoding: str, lines: list[str], predators: Path, prey: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdout", encoded(encoding))
+    assert main(["replay", str(predators), "--against", str(prey), "--until", "0"]) == 0
+    drawn = read(sys.stdout).splitlines()  # type: ignore[arg-type]
+    assert drawn[1] == lines[0]
+    assert lines[1] in drawn
+    assert {len(line) for line in drawn[1:]} == {27}
+
+
+def test_every_character_that_is_printed_has_a_plain_one() -> None:
+    """Those of all words in our sources; a docstring is not printed."""
+    found: set[str] = set()
+    for package in (esp_trainer, predprey_env):
+        for source in Path(package.__file__).parent.rglob("*.py"):
+            if source == Path(streams.__file__):
+                continue
+            tree = ast.parse(source.read_text("utf-8"))
+            texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                    texts -= {ast.get_docstring(node, clean=False)}
+            found |= {
+                character for text in texts if isinstance(text, str) for character in text if ord(character) > 126
+            }
+    assert set("│·▁█±") <= found
+    assert b"\\" not in "".join(sorted(found)).encode("ascii", streams._HANDLER)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "said"), [("utf-8", r"é-\udcff"), ("cp1252", r"é-\udcff"), ("ascii", r"\xe9-\udcff")]
+)
+def test_a_path_is_escaped_where_it_is_no_text(encoding: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = os.fsdecode("é-".encode() + b"\xff")
+    for name, errors in (("stdout", "strict"), ("stderr", "backslashreplace")):
+        monkeypatch.setattr(sys, name, encoded(encoding, errors))
+    assert main(["train", "smoke", "--generations", "1", "--out", path]) == 0
+    assert read(sys.stdout).startswith(f"1 generations in {said}\n")  # type: ignore[arg-type]
+    assert main(["show", path]) == 1
+    assert read(sys.stderr).endswith(f"esp-trainer: {said} is not a file\n")  # type: ignore[arg-type]
+
+
+def test_streams_are_as_before_afterwards(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = encoded("ascii"), encoded("ascii", "backslashreplace"), None
+    for name, stream in zip(("stdout", "stderr", "stdin"), before, strict=True):
+        monkeypatch.setattr(sys, name, stream)
+    assert main(["presets"]) == 0
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert (sys.stdout, sys.stderr, sys.stdin) == before
+    assert (sys.stdout.errors, sys.stderr.errors) == ("strict", "backslashreplace")
+
+
+def test_a_stream_that_has_no_encoding_is_written_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A notebook's, say."""
+    monkeypatch.setattr(sys, "stdout", io.StringIO())
+    assert main(["presets"]) == 0
+    assert sys.stdout.getvalue().startswith("paper-3v2 ")  # type: ignore[attr-defined]
+
+
+# Streams that are closed or full.
+
+
+@pytest.mark.parametrize("closed", [["stderr"], ["stdout"], ["stdin"], ["stdin", "stdout", "stderr"]], ids=",".join)
+def test_a_run_is_trained_whichever_stream_is_closed(closed: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in closed:
+        monkeypatch.setattr(sys, name, None)  # as Python has it
+    assert main(list(TRAIN)) == 0
+    assert [getattr(sys, name) for name in closed] == [None] * len(closed)
+    assert len(Path("run/metrics.jsonl").read_bytes().splitlines()) == 1
+
+
+@linux
+def test_no_file_gets_the_descriptor_of_a_closed_stream(tmp_path: Path) -> None:
+    code = """
+import os, pathlib, subprocess
+from esp_trainer.cli.streams import standard_streams
+with standard_streams():
+    file = pathlib.Path("file").open("w")
+    print(file.fileno() > 2, *(os.readlink(f"/proc/self/fd/{n}") for n in range(3)), file=file)
+    file.close()
+    subprocess.run(["sh", "-c", "readlink /proc/self/fd/2 > child"])
+"""
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    subprocess.run(["sh", "-c", f"exec {sys.executable} {script} <&- >&- 2>&-"], check=True)
+    assert (tmp_path / "file").read_text() == "True /dev/null /dev/null /dev/null\n"
+    assert (tmp_path / "child").read_text() == "/dev/null\n"
+
+
+@linux
+def test_a_run_is_trained_whose_messages_nobody_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk of their log is full, or who read them is gone."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    for number, descriptor in enumerate((os.open("/dev/full", os.O_WRONLY), writer)):
+        with os.fdopen(descriptor, "w", buffering=1) as messages:
+            monkeypatch.setattr(sys, "stderr", messages)
+            assert main([*TRAIN[:-1], f"run{number}"]) == 0
+            assert main(["show", "nowhere"]) == 1
+        assert len(Path(f"run{number}/metrics.jsonl").read_bytes().splitlines()) == 1
