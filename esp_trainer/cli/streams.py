@@ -93,6 +93,11 @@ class _Messages:
         return getattr(self._stream, name)
 
 
+def is_screen(stream: TextIO) -> bool:
+    """Whether a stream is a terminal on which one can draw over what is there."""
+    return stream.isatty() and os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
+
+
 def let_go(stream: TextIO) -> None:
     """If nobody takes what is still to print, drop it; else Python complains about it when it ends."""
     try:

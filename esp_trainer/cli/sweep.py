@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from esp_trainer.cli.signals import handled_by
+from esp_trainer.cli.streams import is_screen
 from esp_trainer.cli.training import quoted
 from esp_trainer.cluster import connected
 from esp_trainer.cores import cores
@@ -114,7 +115,7 @@ Look = Callable[[str | None, str | None], None]
 
 @contextmanager
 def _view(todo: Sequence[PlannedRun], out: Path, *, quiet: bool) -> Iterator[Look]:
-    if quiet or not sys.stderr.isatty():
+    if quiet or not is_screen(sys.stderr):
         yield _Lines(todo, out)
         return
     console = Console(stderr=True)

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
+from esp_trainer.cli.streams import is_screen
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, match
 from esp_trainer.exact.solution import Solution
@@ -130,7 +131,7 @@ def _policy(player: _Seat, role: Role, env: EnvConfig) -> Policy:
 
 
 def _print(frames: Iterable[str], fps: int) -> None:
-    moving = sys.stdout.isatty()
+    moving = is_screen(sys.stdout)
     for frame in frames:
         print(("\x1b[H\x1b[2J" if moving else "") + frame, flush=True)
         if moving:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
-import time
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +19,14 @@ from rich.text import Text
 
 from esp_trainer.analysis.history import curves_of
 from esp_trainer.analysis.replay import Episode, as_text, play
+from esp_trainer.cli.keyboard import Keyboard
+from esp_trainer.cli.streams import is_screen
+from esp_trainer.cli.training import quoted
 from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.directory import RunDirectory, Tail
+from esp_trainer.run.directory import Lock, RunDirectory, Tail
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 
@@ -32,6 +38,7 @@ _CURVES = {
 }
 _RECENT = 10  # generations in the figure beside a curve
 _CHASE = 46  # columns of the chase
+_QUIT = "q"
 _BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
@@ -58,23 +65,44 @@ class _Log:
 
 
 def watch(run: Path, fps: int) -> int:
-    """Follow a run until it is over, or somebody interrupts."""
+    """Follow a run until it is over, or somebody has seen enough."""
     directory = RunDirectory(run)
+    below = [] if directory.config_file.exists() else list(run.glob("*/config.json"))
+    if below:
+        newest = max(below, key=lambda config: config.parent.stat().st_mtime).parent
+        raise ValueError(f"{run} is no run but holds some; watch one of them, such as {newest}")
     config = directory.read_config()
     try:
-        if sys.stdout.isatty():
-            _live(directory, config, fps)
-        else:
-            _plain(directory, config)
+        with _terminated(), Keyboard() as keyboard:
+            if is_screen(sys.stdout):
+                _live(directory, config, fps, keyboard)
+            else:
+                _plain(directory, config, keyboard)
     except KeyboardInterrupt:
         pass  # how one stops watching
     return 0
 
 
-def _plain(directory: RunDirectory, config: RunConfig) -> None:
+@contextmanager
+def _terminated() -> Iterator[None]:
+    """Let SIGTERM end the watching in order, so that the terminal is left as it was."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, handler)
+
+
+def _plain(directory: RunDirectory, config: RunConfig, keyboard: Keyboard) -> None:
     """A line for each generation."""
-    told, log = 0, _Log(directory.metrics_file)
+    told, log, deserted = 0, _Log(directory.metrics_file), False
+    if keyboard.listens:
+        print(_how_to_stop(keyboard), file=sys.stderr, flush=True)
     while True:
+        was, deserted = deserted, Lock.is_free(directory.path)  # before the log, in which the end of a run comes first
         known = log.look()
         for record in log.lines[told:]:
             rates = {name: record["held_out"][name]["rate"] for name in ("predators_succeed", "prey_succeed", "caught")}
@@ -86,21 +114,35 @@ def _plain(directory: RunDirectory, config: RunConfig) -> None:
         told = max(told, known)
         if told >= config.generations:
             return
-        time.sleep(_PATIENCE)
+        if deserted and not was:
+            print(_deserted(directory.path), file=sys.stderr, flush=True)
+        if keyboard.pressed(_QUIT, _PATIENCE):
+            return
 
 
-def _live(directory: RunDirectory, config: RunConfig, fps: int) -> None:
+def _deserted(run: Path) -> str:
+    return f"nobody on this machine is at work in {run}; go on with:\n  esp-trainer resume {quoted(run)}"
+
+
+def _how_to_stop(keyboard: Keyboard) -> str:
+    return f"{_QUIT} or Ctrl-C stops watching" if keyboard.listens else "Ctrl-C stops watching"
+
+
+def _live(directory: RunDirectory, config: RunConfig, fps: int, keyboard: Keyboard) -> None:
     console, log = Console(), _Log(directory.metrics_file)
     with Live(console=console, screen=True, auto_refresh=False) as live:
         while True:
+            hints = [_how_to_stop(keyboard), *([_deserted(directory.path)] if Lock.is_free(directory.path) else [])]
             done = log.look()
             episode = _chase(directory, config, done - 1) if done else None
             for frame in as_text(episode) if episode else [""]:
                 title = f"champions of generation {done - 1}" if episode else ""
-                chase = Group(Text(title), Text(frame))
+                chase = Text(f"{title}\n{frame}", no_wrap=True, overflow="crop")
                 log.look()
-                live.update(_beside(_curves(directory, config, log, console.width), chase), refresh=True)
-                time.sleep(1 / fps if episode else _PATIENCE)
+                state = _state(directory, config, log, hints, console.width)
+                live.update(_beside(state, chase), refresh=True)
+                if keyboard.pressed(_QUIT, 1 / fps if episode else _PATIENCE):
+                    return
             if done >= config.generations:
                 break
     print(f"{directory.path} has all its {config.generations} generations")
@@ -122,22 +164,23 @@ def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episo
     return play(policies["predators"], policies["prey"], config.env, seed=generation)
 
 
-def _curves(directory: RunDirectory, config: RunConfig, log: _Log, width: int) -> Group:
+def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[str], width: int) -> Group:
     """The run, how far it is, and its curves."""
     lines: list[Text] = [
         Text(str(directory.path), style="bold", overflow="ellipsis", no_wrap=True),
         Text(f"generation {len(log.lines)} of {config.generations}"),
+        *map(Text, hints),
     ]
     if not log.lines:
         return Group(*lines, Text("waiting for the first generation ..."))
     room = max(10, min(60, width - _CHASE))
     for name, (meaning, colour) in _CURVES.items():
         lines += [Text(), Text(f"{log.curves[name][-_RECENT:].mean():.2f} {meaning}")]
-        lines += [Text(line, style=colour) for line in chart(log.curves[name], room, 3)]
+        lines += [Text(line, colour, no_wrap=True, overflow="crop") for line in chart(log.curves[name], room, 3)]
     return Group(*lines)
 
 
-def _beside(left: Group, right: Group) -> Table:
+def _beside(left: Group, right: Text) -> Table:
     grid = Table.grid(padding=(0, 2))
     grid.add_row(left, right)
     return grid

@@ -18,6 +18,7 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 from esp_trainer.config import RunConfig
@@ -31,6 +32,8 @@ except ImportError:  # Windows
 
 # What file systems answer that do not know locks: FUSE and Lustre, NFS without its lock daemon or of a directory.
 _CANNOT_LOCK = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EBADF, errno.EINVAL)
+
+_MOMENT = 0.02  # seconds
 
 
 def versions() -> dict[str, str]:
@@ -185,7 +188,7 @@ class Lock:
             return
         descriptor = os.open(directory, os.O_RDONLY)
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _flock(descriptor)
             self._descriptor = descriptor
         except BlockingIOError:
             raise BlockingIOError(f"{directory} is in use by another process or trainer") from None
@@ -205,6 +208,26 @@ class Lock:
                 fcntl.flock(self._descriptor, fcntl.LOCK_UN)
         os.close(self._descriptor)
         self._descriptor = None
+
+    @classmethod
+    def is_free(cls, directory: Path) -> bool:
+        """Return whether nobody has the lock of a directory; False where systems cannot lock and nobody knows."""
+        try:
+            lock = cls(directory)
+        except OSError:
+            return False
+        free = lock._descriptor is not None
+        lock.release()
+        return free
+
+
+def _flock(descriptor: int) -> None:
+    for _ in range(2):  # who asks whether it is free has it for a moment
+        with suppress(BlockingIOError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        sleep(_MOMENT)
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 class Log:

@@ -272,3 +272,26 @@ def test_a_forked_process_neither_keeps_a_lock_nor_takes_it_away(tmp_path: Path)
     Lock(tmp_path).release()
     os.close(end)
     assert [os.waitpid(each, 0)[1] for each in (child, second)] == [0, 0]
+
+
+def test_a_lock_is_free_while_nobody_has_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Lock.is_free(tmp_path)
+    lock = Lock(tmp_path)
+    assert not Lock.is_free(tmp_path)
+    lock.release()
+    assert Lock.is_free(tmp_path)
+    assert not Lock.is_free(tmp_path / "nowhere")
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    assert not Lock.is_free(tmp_path), "nobody knows"
+
+
+def test_who_only_looks_whether_a_lock_is_free_keeps_nobody_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looking = Lock(tmp_path)
+    monkeypatch.setattr("esp_trainer.run.directory.sleep", lambda _: looking.release())
+    Lock(tmp_path).release()

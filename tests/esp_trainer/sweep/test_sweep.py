@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from esp_trainer.cli import main
-from esp_trainer.cli.sweep import _Bars
+from esp_trainer.cli.sweep import _Bars, _Lines, _view
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.sweep.plan import read_plan
 from esp_trainer.sweep.results import is_whole, result_of, table
@@ -212,6 +212,14 @@ def test_bars_of_runs_whose_logs_cannot_be_looked_at_are_drawn(declared: Any) ->
         bars = _Bars(plan, Path("x" * 300), progress)
         bars(run.name, "File name too long")
         assert [task.completed for task in progress.tasks] == [0]
+
+
+def test_on_a_dumb_terminal_there_are_lines_and_no_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    for terminal, kind in (("dumb", _Lines), ("xterm", _Bars)):
+        monkeypatch.setenv("TERM", terminal)
+        with _view([], tmp_path, quiet=False) as look:
+            assert type(look) is kind
 
 
 def begin(file: Path, out: Path) -> subprocess.Popen[str]:
