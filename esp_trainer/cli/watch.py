@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import signal
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -20,6 +18,7 @@ from rich.text import Text
 from esp_trainer.analysis.history import curves_of
 from esp_trainer.analysis.replay import Episode, as_text, play
 from esp_trainer.cli.keyboard import Keyboard
+from esp_trainer.cli.signals import handled_by
 from esp_trainer.cli.streams import is_screen
 from esp_trainer.cli.training import quoted
 from esp_trainer.coevolution.sides import side_config
@@ -73,7 +72,7 @@ def watch(run: Path, fps: int) -> int:
         raise ValueError(f"{run} is no run but holds some; watch one of them, such as {newest}")
     config = directory.read_config()
     try:
-        with _terminated(), Keyboard() as keyboard:
+        with handled_by(_leave), Keyboard() as keyboard:
             if is_screen(sys.stdout):
                 _live(directory, config, fps, keyboard)
             else:
@@ -83,17 +82,11 @@ def watch(run: Path, fps: int) -> int:
     return 0
 
 
-@contextmanager
-def _terminated() -> Iterator[None]:
-    """Let SIGTERM end the watching in order, so that the terminal is left as it was."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    handler = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, handler)
+def _leave(number: int, _frame: FrameType | None) -> None:
+    """End the watching in order, so that the terminal is left as it was."""
+    if number == signal.SIGINT:
+        raise KeyboardInterrupt
+    sys.exit(128 + number)
 
 
 def _plain(directory: RunDirectory, config: RunConfig, keyboard: Keyboard) -> None:
