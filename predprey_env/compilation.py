@@ -15,6 +15,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -44,7 +45,9 @@ def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> 
         known = current.__globals__
         files |= {_file_of(value) for value in known.values() if hasattr(value, "_fields") and inspect.isclass(value)}
         used = current.__code__.co_names
-        files |= {file for name, file in _imports(_file_of(current)).items() if name in used}
+        imports = _imports(_source(_file_of(current))).items()
+        modules = {resolve_name(module, known.get("__package__")) for name, module in imports if name in used}
+        files |= {file for module in modules if (file := getattr(sys.modules.get(module), "__file__", None))}
         called: list[Any] = [known.get(name) for name in used]
         for module in [value for value in called if inspect.ismodule(value)]:
             files.add(_file_of(module))
@@ -64,14 +67,14 @@ def _file_of(defined: Any) -> str:
 
 
 @functools.cache
-def _imports(file: str) -> dict[str, str]:
-    """For each name that a file imports from a module, the file of that module."""
-    if not Path(file).is_file():
+def _imports(source: bytes) -> dict[str, str]:
+    """The module, with dots before it if it is relative, from which a source imports each name."""
+    try:
+        tree = ast.parse(source)  # bytes: the source itself says how they are encoded
+    except (SyntaxError, ValueError):  # no Python: random bytes, or what somebody made of a file since it was imported
         return {}
-    lines = [node for node in ast.walk(ast.parse(Path(file).read_text())) if isinstance(node, ast.ImportFrom)]
-    files = {line.module: getattr(sys.modules.get(line.module or ""), "__file__", None) for line in lines}
-    names = {alias.asname or alias.name: files[line.module] for line in lines for alias in line.names}
-    return {name: file for name, file in names.items() if file is not None}
+    lines = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    return {a.asname or a.name: "." * line.level + (line.module or "") for line in lines for a in line.names}
 
 
 def named_tuples(kinds: Iterable[types.Type]) -> set[type]:

@@ -62,6 +62,75 @@ def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.Monke
     assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) != key
 
 
+# -- as Python reads files ------------------------------------------------------------------------------------------
+
+PLAYER = """{}
+# größer
+\f
+from encoded_numbers import STEP
+from predprey_env.compilation import entry_point
+
+@entry_point
+def main(a):
+    return a + STEP
+"""
+BYTES = {
+    "UTF-8": PLAYER.format("").encode(),
+    "a byte order mark": PLAYER.format("").encode("utf-8-sig"),
+    "a byte order mark and a cookie": PLAYER.format("# coding: utf-8").encode("utf-8-sig"),
+    "latin-1": PLAYER.format("# -*- coding: latin-1 -*-").encode("latin-1"),
+    "cp1252 below a line": PLAYER.format("#!/usr/bin/env python\n# vim: set fileencoding=cp1252 :").encode("cp1252"),
+    "lines of Windows": PLAYER.format("").replace("\n", "\r\n").encode("utf-8-sig"),
+}
+
+
+@pytest.fixture
+def encoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[bytes], Any]:
+    """``encoded(source)``: the module of a file with these bytes, beside one with the number that it imports."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for module in ("encoded_größe", "encoded_numbers"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    (tmp_path / "encoded_numbers.py").write_text("STEP = 3\n")
+
+    def load(source: bytes) -> Any:
+        (tmp_path / "encoded_größe.py").write_bytes(source)
+        importlib.invalidate_caches()
+        return importlib.import_module("encoded_größe")
+
+    return load
+
+
+@pytest.mark.parametrize("encoding", BYTES)
+def test_a_source_may_have_any_encoding_that_python_reads(encoded: Any, tmp_path: Path, encoding: str) -> None:
+    main = encoded(BYTES[encoding]).main
+    assert main(4) == 7
+    assert {str(tmp_path / f"encoded_{name}.py") for name in ("größe", "numbers")} <= source_files(main.py_func)
+
+
+@pytest.mark.parametrize("left", [None, b"def main(:\n", b"\0\0", b"\xff"], ids=["gone", "broken", "zeros", "no text"])
+def test_a_source_that_is_gone_or_broken_by_now_counts_as_it_was(encoded: Any, tmp_path: Path, left: Any) -> None:
+    main, path = encoded(BYTES["a byte order mark"]).main, tmp_path / "encoded_größe.py"
+    path.unlink()
+    if left is not None:
+        path.write_bytes(left)
+    assert str(tmp_path / "encoded_numbers.py") in source_files(main.py_func)
+    assert main(4) == 7
+
+
+def test_a_number_that_is_imported_from_a_neighbour_in_the_package_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    package = tmp_path / "package_of_numbers"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "numbers.py").write_text("STEP = 3\n")
+    (package / "player.py").write_text(PLAYER.format("").replace("encoded_numbers", ".numbers"), "utf-8")
+    importlib.invalidate_caches()
+    player = importlib.import_module("package_of_numbers.player")
+    assert str(package / "numbers.py") in source_files(player.main.py_func)
+
+
 # -- all that is compiled -----------------------------------------------------------------------------------------
 
 
