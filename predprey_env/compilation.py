@@ -13,12 +13,13 @@ import inspect
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numba
 from numba import njit, types
 from numba.core import caching
 from numba.core.registry import CPUDispatcher
@@ -88,32 +89,70 @@ def named_tuples(kinds: Iterable[types.Type]) -> set[type]:
     return found
 
 
+_DAMAGED = (
+    *(ImportError, AttributeError),  # the index knows a class, in somebody's experiment, that is gone
+    *(EOFError, caching.pickle.UnpicklingError),  # the machine lost power when it was written
+)
+
+_warned = False
+
+
+def _warn(why: str) -> None:
+    """Tell, once in a process, that machine code is not kept."""
+    global _warned
+    if not _warned:
+        what, remedy = (
+            "machine code is not kept, and compiled again each time",
+            "set NUMBA_CACHE_DIR to a writable directory",
+        )
+        # Of no line of source, which would be printed below it.
+        warnings.warn_explicit(f"{what}: {why}; {remedy}", RuntimeWarning, __package__, 0)
+        _warned = True
+
+
 class _DigestCache(caching.FunctionCache):
-    """Numba's cache with the digest of all sources in the key."""
+    """Numba's cache with the digest of all sources in the key. Work need not end where it cannot be read or written."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The machine code for a signature, or None."""
-        try:
-            return super().load_overload(sig, target_context)
-        except (ImportError, AttributeError):  # the index knows a class, in somebody's experiment, that is gone
-            self.flush()
-        except (EOFError, caching.pickle.UnpicklingError):  # the machine lost power when it was written
-            self.flush()
+        with self._as_far_as_possible():
+            try:
+                return super().load_overload(sig, target_context)
+            except _DAMAGED:
+                self.flush()
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, if there is room; work that has room elsewhere need not end for that."""
-        try:
+        """Keep machine code, if there is room."""
+        with self._as_far_as_possible():
             super().save_overload(sig, data)
+
+    @contextmanager
+    def _as_far_as_possible(self) -> Iterator[None]:
+        try:
+            yield
         except OSError as error:
-            line = f"machine code is not kept, and compiled again each time: {self.cache_path}: {error.strerror}"
-            warnings.warn(line, RuntimeWarning, stacklevel=2)
+            self.disable()
+            _warn(f"{self.cache_path}: {error.strerror or error}")
 
     def _index_key(self, signature: Any, codegen: Any) -> Any:
         digest = hashlib.sha256()
         for file in sorted(source_files(self._py_func, named_tuples(signature))):
             digest.update(_source(file))
         return super()._index_key(signature, codegen), digest.hexdigest()
+
+
+class _NoCache(caching.NullCache):
+    """Keeps nothing."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._file = _file_of(function)
+
+    def load_overload(self, _sig: Any, _target_context: Any) -> None:
+        """Nothing is there; who waits for a compilation now should know that the next start could be spared it."""
+        if Path(self._file).is_file():  # else no directory would help: it is in a notebook's cell, for example
+            given = numba.config.CACHE_DIR
+            _warn(f"{given} cannot be written to" if given else "there is no place for it")
 
 
 _DEFINED: dict[str, bytes] = {}
@@ -150,6 +189,8 @@ def entry_point(function: Compiled) -> Compiled:
     """
     _remember(function)
     dispatcher = njit(nogil=True, _nrt=False)(function)
-    with suppress(RuntimeError):  # no place on this machine that can be written to: compile each time
+    try:
         dispatcher._cache = _DigestCache(function)
+    except RuntimeError:  # no place on this machine that can be written to
+        dispatcher._cache = _NoCache(function)
     return dispatcher  # type: ignore[no-any-return]

@@ -6,6 +6,8 @@ import errno
 import importlib.util
 import os
 import sys
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -15,6 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba.core import caching
 from numba.core.registry import CPUDispatcher
 
 from predprey_env import EnvConfig, compilation
@@ -114,14 +117,88 @@ def test_machine_code_that_was_cut_off_is_compiled_again(program, tmp_path: Path
         assert sum(again.stats.cache_hits.values()) == hits
 
 
-def test_machine_code_that_finds_no_room_is_a_warning(program, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_space(*_: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
+# -- where it cannot be kept --------------------------------------------------------------------------------------
 
-    main = program(1)
-    monkeypatch.setattr(os, "replace", no_space)
-    with pytest.warns(RuntimeWarning, match=r"^machine code is not kept, .*__pycache__: No space left on device$"):
-        assert main(10) == 11
+UNKEPT = "machine code is not kept, and compiled again each time: {}; set NUMBA_CACHE_DIR to a writable directory"
+
+
+@pytest.fixture
+def warned(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[warnings.WarningMessage]]:
+    """What a process that has not yet been warned is warned of."""
+    monkeypatch.setattr(compilation, "_warned", False)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield caught
+
+
+def refuse(number: int) -> Callable[..., Any]:
+    """A function that the system refuses, as with this error."""
+
+    def fail(*_: Any) -> None:
+        raise OSError(number, os.strerror(number))
+
+    return fail
+
+
+@pytest.mark.parametrize("given", ["", "a file/below"])
+def test_without_a_place_for_machine_code_the_first_that_is_compiled_is_one_warning(
+    program, warned, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", given and str(tmp_path / given))
+    monkeypatch.setattr(caching._CacheLocator, "ensure_cache_path", refuse(errno.EROFS))
+    mains = [program(number) for number in (1, 2)]
+    assert warned == []
+    assert [main(10) for main in mains] == [11, 12]
+    assert mains[0](1.5) == 2.5
+    (warning,) = warned
+    reason = f"{tmp_path / given} cannot be written to" if given else "there is no place for it"
+    assert str(warning.message) == UNKEPT.format(reason)
+    shown = warnings.formatwarning(warning.message, warning.category, warning.filename, warning.lineno)
+    assert shown == f"predprey_env:0: RuntimeWarning: {warning.message}\n", "one line"
+
+
+def test_an_entry_point_that_is_in_no_file_is_compiled_each_time_without_a_warning(warned) -> None:
+    """It is of a notebook's cell, and no directory would help."""
+    known: dict[str, Any] = {"__name__": "cell"}
+    source = "from predprey_env.compilation import entry_point\n\n@entry_point\ndef main(a):\n    return a + 1\n"
+    exec(compile(source, "<cell 3>", "exec"), known)
+    assert known["main"](10) == 11
+    assert warned == []
+
+
+def test_machine_code_that_finds_no_room_is_one_warning(
+    program, warned, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mains = [program(number) for number in (1, 2)]
+    monkeypatch.setattr(os, "replace", refuse(errno.ENOSPC))
+    assert [main(10) for main in mains] == [11, 12]
+    (warning,) = warned
+    assert str(warning.message) == UNKEPT.format(f"{tmp_path}/__pycache__: No space left on device")
+
+
+def test_machine_code_that_cannot_be_read_is_compiled_again(program, warned, tmp_path: Path) -> None:
+    program(1)(10)
+    (index,) = tmp_path.glob("__pycache__/outer_entry.main*.nbi")
+    index.unlink()
+    index.mkdir()
+    assert program(1)(10) == 11
+    (warning,) = warned
+    assert str(warning.message) == UNKEPT.format(f"{tmp_path}/__pycache__: Is a directory")
+
+
+def test_machine_code_that_was_cut_off_and_finds_no_room_is_compiled_again(
+    program, warned, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program(1)(10)
+    (index,) = tmp_path.glob("__pycache__/outer_entry.main*.nbi")
+    index.write_bytes(index.read_bytes()[:40])
+    monkeypatch.setattr(os, "replace", refuse(errno.ENOSPC))
+    assert program(1)(10) == 11
+    (warning,) = warned
+    assert str(warning.message) == UNKEPT.format(f"{tmp_path}/__pycache__: No space left on device")
+
+
+# -- whose it is --------------------------------------------------------------------------------------------------
 
 
 def test_a_class_that_is_not_there_any_more_spoils_nothing_for_others(
