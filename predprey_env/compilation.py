@@ -101,12 +101,9 @@ def _warn(why: str) -> None:
     """Tell, once in a process, that machine code is not kept."""
     global _warned
     if not _warned:
-        what, remedy = (
-            "machine code is not kept, and compiled again each time",
-            "set NUMBA_CACHE_DIR to a writable directory",
-        )
-        # Of no line of source, which would be printed below it.
-        warnings.warn_explicit(f"{what}: {why}; {remedy}", RuntimeWarning, __package__, 0)
+        line = f"machine code is not kept, and compiled again each time: {why}"
+        line += "; set NUMBA_CACHE_DIR to a writable directory"
+        warnings.warn_explicit(line, RuntimeWarning, __package__, 0)  # without a line of source, to be one line itself
         _warned = True
 
 

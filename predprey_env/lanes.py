@@ -21,6 +21,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -69,7 +70,14 @@ def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: A
 def lane_zeros(kind: type, *shape: int) -> np.ndarray:
     """Zeros of a 32-bit type, of shape ``(*shape, LANES)``, whose rows begin on a cache line: no load crosses one, and
     no two threads write to the same.
+
+    Raises :class:`ValueError` where Numba compiles nothing: uncompiled rules play one world at a time.
     """
+    if numba.config.DISABLE_JIT:
+        raise ValueError(
+            "NUMBA_DISABLE_JIT must be unset to play many worlds at a time; only parallel_env, env and team_view play "
+            "uncompiled"
+        )
     n = LANES * math.prod(shape)
     room: np.ndarray = np.zeros(n + LANES, kind)
     first = -room.ctypes.data % (room.itemsize * LANES) // room.itemsize

@@ -4,13 +4,16 @@ test_vector_env_opponent_errors.py.
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from predprey_env import PredPreyVectorEnv, vector_env
+from predprey_env import PredPreyVectorEnv, team_view, vector_env
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.settings import plain
 
@@ -29,6 +32,32 @@ def twins(team: TeamName = "prey", **rules: Any) -> list[PredPreyVectorEnv]:
 
 
 # -- making one ---------------------------------------------------------------------------------------------------
+
+
+def test_where_nothing_is_compiled_one_line_names_the_variable_and_single_worlds_play() -> None:
+    program = (
+        "from predprey_env import team_view, vector_env\n"
+        "env = team_view('prey', opponent='greedy_chase', size=7)\n"
+        "env.reset(seed=0)\n"
+        "env.step(dict.fromkeys(env.agents, 1))\n"
+        "print(env.state().tolist())\n"
+        "try:\n"
+        "    vector_env(3, 'prey', 'random', size=7).reset()\n"
+        "except ValueError as error:\n"
+        "    print(error)\n"
+    )
+    uncompiled = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, env=uncompiled)
+    assert (done.returncode, done.stderr) == (0, "")
+    state, line = done.stdout.splitlines()
+    env = team_view("prey", opponent="greedy_chase", size=7)
+    env.reset(seed=0)
+    env.step(dict.fromkeys(env.agents, 1))
+    assert state == str(env.state().tolist())
+    assert line == (
+        "NUMBA_DISABLE_JIT must be unset to play many worlds at a time; only parallel_env, env and team_view play "
+        "uncompiled"
+    )
 
 
 @pytest.mark.parametrize("n_worlds", [0, -3, 2.0, "2", None, True, np.float64(2), np.bool_(True)])

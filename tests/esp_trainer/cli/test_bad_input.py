@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numba
 import numpy as np
 import pytest
 
@@ -182,6 +183,16 @@ def test_replay_needs_a_number_of_frames_above_none(
     fps: str, esp_trainer: Callable[..., Any], predators: Path, prey: Path
 ) -> None:
     assert "--fps" in esp_trainer("replay", predators, "--against", prey, "--fps", fps).refusal
+
+
+def test_where_nothing_is_compiled_one_line_names_the_variable(
+    esp_trainer: Callable[..., Any], predators: Path, prey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    line = "esp-trainer: NUMBA_DISABLE_JIT must be unset to play many worlds at a time; "
+    assert esp_trainer("evaluate", predators, "--against", prey).refusal.startswith(line)
+    assert esp_trainer("train", "smoke", "--out", tmp_path / "run").err.splitlines()[-1].startswith(line)
+    assert not (tmp_path / "run").exists()
 
 
 def test_more_episodes_than_memory_holds_are_refused_in_one_line(
