@@ -1,10 +1,8 @@
 // The charts, and the matrix of who catches whom, on whose cells one can click.
 
 const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888"]; // Okabe & Ito
-const QUIET = {
-  displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
-  ...(matchMedia("(pointer: coarse)").matches ? { displayModeBar: false } : {}), // where nothing hovers, it would stay
-};
+// Without Plotly's bar: it covers cells of the matrix, and offers to upload what is shown. A double click zooms back out.
+const QUIET = { displayModeBar: false, responsive: true };
 
 // A figure with the page's colours in the place of their names.
 function coloured(figure) {

@@ -155,9 +155,11 @@ def test_from_a_start_of_ones_own_the_slider_leads_back(page_file: Path, open_pa
     assert tab.page.locator("#start-name").inner_text() == "1 of 8"
 
 
-def test_a_click_on_a_cell_of_the_matrix_plays_that_match(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
+@pytest.mark.parametrize(("row", "column"), [(1, 5), (0, 0), (0, -1), (-1, 0), (-1, -1)])
+def test_a_click_on_a_cell_of_the_matrix_plays_that_match(
+    page_file: Path, open_page: OpenPage, data_of: Any, row: int, column: int
+) -> None:
     matrix = data_of(page_file)["matrix"]
-    row, column = 1, 5
     tab = open_page(page_file)
     cells = tab.page.locator("#matrix .nsewdrag")
     cells.scroll_into_view_if_needed()
@@ -176,6 +178,18 @@ def test_a_click_on_a_cell_of_the_matrix_plays_that_match(page_file: Path, open_
     tab.until("predprey.player.playing")
     shown = tab(STATE)
     assert (shown["predators"], shown["prey"]) == (y, x)
+    tab.assert_quiet()
+
+
+def test_charts_have_no_bar_of_buttons(page_file: Path, open_page: OpenPage) -> None:
+    """It would cover what can be clicked, and offer to upload the chart."""
+    tab = open_page(page_file)
+    tab.page.locator("#matrix").hover()
+    charts = tab.page.locator(".js-plotly-plot")
+    assert charts.count() == 7
+    for i in range(charts.count()):
+        charts.nth(i).hover()
+    assert tab.page.locator(".modebar, .modebar-container button, .plotlyjsicon").count() == 0
     tab.assert_quiet()
 
 
