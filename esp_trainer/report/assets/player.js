@@ -146,23 +146,25 @@ class Player {
       runs.addEventListener("change", () => this.show({ [side]: { ...this[side], n: undefined, run: Number(runs.value) } }));
       byId(side).addEventListener("input", (event) => this.show({ [side]: { run: this[side].run, n: Number(event.target.value) } }));
     }
-    byId("play").addEventListener("keydown", (event) => this.#key(event));
+    document.addEventListener("keydown", (event) => this.#key(event));
     this.#dragging();
   }
 
   #key(event) {
-    const own = event.target.closest("button") ? [" ", "Enter"] : event.target.closest("input, select") ? [event.key] : [];
-    if (event.ctrlKey || event.metaKey || event.altKey || own.includes(event.key)) return;
+    const { key, target } = event;
+    const pages = ["Home", "End"].includes(key) && !target.closest("#play"); // no label promises them, and it is long
+    const focused = target.closest("button, summary, a") ? key === " " : target.closest("input") ? key !== " " : target.closest("select");
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || pages || focused) return;
     const keys = {
-      " ": () => (this.playing ? this.pause() : this.play()),
+      " ": () => event.repeat || (this.playing ? this.pause() : this.play()),
       ArrowLeft: () => this.seek(Math.ceil(this.time) - 1),
       ArrowRight: () => this.seek(Math.floor(this.time) + 1),
       Home: () => this.seek(0),
       End: () => this.seek(this.match.length),
     };
-    if (!keys[event.key]) return;
+    if (!keys[key]) return;
     event.preventDefault();
-    keys[event.key]();
+    keys[key]();
   }
 
   // Where everybody stands now is the new start, with the dragged agent where it is let go.

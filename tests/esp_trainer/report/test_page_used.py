@@ -123,16 +123,57 @@ def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
     assert not tab(STATE)["playing"]
 
 
-def test_keys_are_the_pages_elsewhere_and_the_players_on_its_buttons(page_file: Path, open_page: OpenPage) -> None:
+def test_keys_work_from_the_first_moment_and_do_not_scroll(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file, viewport={"width": 1280, "height": 500})
+    keyboard, scrolled = tab.page.keyboard, "() => window.scrollY"
+    tab("() => { predprey.player.speed = 0.01; }")  # lest the match ends meanwhile
+    keyboard.press("ArrowRight")
+    keyboard.press("ArrowRight")
+    keyboard.press("ArrowLeft")
+    assert (tab(STATE)["time"], tab(STATE)["playing"]) == (1, False)
+    keyboard.press(" ")
+    assert tab(STATE)["playing"]
+    tab.page.locator("#chart-success .nsewdrag").click()  # on a chart, which needs no keys
+    before = tab(scrolled)
+    keyboard.press(" ")
+    assert not tab(STATE)["playing"]
+    keyboard.down(" ")
+    keyboard.down(" ")  # held down, it counts once
+    keyboard.up(" ")
+    assert tab(STATE)["playing"]
+    assert tab(scrolled) == before > 0
+    tab.assert_quiet()
+
+
+@pytest.mark.parametrize("keys", ["Control+ArrowRight", "Alt+ArrowRight", "Meta+ArrowRight", "Shift+Space", "End"])
+def test_keys_of_the_browser_are_left_to_it(page_file: Path, open_page: OpenPage, keys: str) -> None:
     tab = open_page(page_file)
-    tab.page.keyboard.press(" ")
-    assert not tab(STATE)["playing"]
+    tab("() => addEventListener('keydown', (event) => { window.left = !event.defaultPrevented; })")
+    tab.page.keyboard.press(keys)
+    assert (tab("() => left"), tab(STATE)["time"], tab(STATE)["playing"]) == (True, 0, False)
+
+
+def test_what_has_the_focus_keeps_the_keys_that_it_needs(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    keyboard = tab.page.keyboard
     tab.page.locator("#forward").click()
-    tab.page.keyboard.press("ArrowRight")
+    keyboard.press("ArrowRight")
     assert tab(STATE)["time"] == 2
-    tab.page.keyboard.press(" ")  # presses the button that has the focus
-    assert tab(STATE)["time"] == 3
+    keyboard.press(" ")  # presses the button
+    assert (tab(STATE)["time"], tab(STATE)["playing"]) == (3, False)
+    tab.page.locator("#theme").focus()
+    keyboard.press(" ")
     assert not tab(STATE)["playing"]
+    tab.page.locator("#speed").focus()
+    keyboard.press("ArrowRight")
+    assert (tab(STATE)["time"], tab("() => predprey.player.speed")) == (3, 2)
+    tab.page.locator("#scrub").focus()
+    keyboard.press("ArrowRight")
+    keyboard.press("ArrowRight")
+    assert tab(STATE)["time"] == 5
+    keyboard.press(" ")  # which a slider does not need
+    assert tab(STATE)["playing"]
+    tab.assert_quiet()
 
 
 def test_agents_can_be_asked_while_they_play(page_file: Path, open_page: OpenPage) -> None:
