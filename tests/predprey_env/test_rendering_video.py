@@ -1,9 +1,12 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -77,6 +80,68 @@ def test_frames_may_have_odd_sides(tmp_path: Path, suffix: str) -> None:
     assert np.abs(read.astype(int)[:28, :40] - (230, 159, 0)).max() < 12  # the film is padded
 
 
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+@pytest.mark.parametrize("name", ["12:30", "file:a", "-y", "100%d %s", "größe", "a b", "pipe:1", "x" * 240])
+def test_a_file_may_have_any_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, suffix: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    frame = np.full((16, 16, 3), (230, 159, 0), np.uint8)
+    save_video([frame], name + suffix)
+    (file,) = tmp_path.iterdir()
+    assert file.name == name + suffix
+    read = (read_gif if suffix == ".gif" else read_mp4)(file)[0][0]
+    assert np.abs(read.astype(int) - (230, 159, 0)).max() < 12
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_a_link_stays_one_and_the_file_that_it_leads_to_is_written(tmp_path: Path, suffix: str) -> None:
+    link, file = tmp_path / f"link{suffix}", tmp_path / f"file{suffix}"
+    file.write_text("older")
+    link.symlink_to(file.name)
+    save_video([np.zeros((16, 16, 3), np.uint8)], link)
+    assert link.readlink() == Path(file.name)
+    assert file.stat().st_size > 20
+
+
+FPS = [15, 15.0, np.float32(15), np.int64(15), np.uint8(15), Fraction(15)]
+
+
+@pytest.mark.parametrize("fps", FPS, ids=lambda fps: type(fps).__name__)
+def test_a_rate_may_be_any_number(tmp_path: Path, fps: Any) -> None:
+    frames = [np.full((16, 16, 3), level, np.uint8) for level in (0, 100, 200)]
+    for suffix in (".gif", ".mp4"):
+        save_video(frames, tmp_path / f"chase{suffix}", fps)
+    assert read_gif(tmp_path / "chase.gif")[1] == [70, 70, 60]
+    assert read_mp4(tmp_path / "chase.mp4")[1] == 15
+
+
+def test_of_more_frames_than_a_gif_can_show_it_shows_some_and_takes_as_long(tmp_path: Path) -> None:
+    frames = [np.full((8, 8, 3), level, np.uint8) for level in range(40)]
+    save_video(frames, tmp_path / "chase.gif", fps=200)
+    read, durations = read_gif(tmp_path / "chase.gif")
+    assert [int(frame[0, 0, 0]) for frame in read] == list(range(0, 40, 2))
+    assert durations == [10] * 20
+
+
+def test_what_does_not_move_in_a_gif_keeps_its_colours_among_many_others(tmp_path: Path) -> None:
+    random, still = np.random.default_rng(0), np.full((64, 64, 3), (20, 24, 33), np.uint8)
+    frames = [still.copy() for _ in range(4)]
+    for frame in frames:
+        frame[:16] = random.integers(0, 256, (16, 64, 3))
+    save_video(frames, tmp_path / "chase.gif")
+    read = read_gif(tmp_path / "chase.gif")[0]
+    for frame, same in zip(frames, read, strict=True):
+        assert (same[16:] == frame[16:]).all()
+        assert np.abs(frame.astype(int) - same).mean() < 8
+
+
+def test_of_up_to_255_colours_a_gif_keeps_all(tmp_path: Path) -> None:
+    levels = np.arange(255, dtype=np.uint8)
+    frame = np.stack([levels, levels[::-1], levels // 2], axis=-1)[None].repeat(8, axis=0)
+    save_video([frame, frame[:, ::-1]], tmp_path / "chase.gif")
+    read = read_gif(tmp_path / "chase.gif")[0]
+    assert (np.stack(read) == np.stack([frame, frame[:, ::-1]])).all()
+
+
 @pytest.mark.parametrize("name", ["chase.avi", "chase", "gif"])
 def test_an_unknown_kind_of_file_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(ValueError, match=rf"^a video must be a \.gif or \.mp4 file, got '.*{name}'$"):
@@ -95,6 +160,10 @@ WRONG = {
         [np.zeros((8, 8), np.uint8)],
         r"^frame 0 must be uint8 of shape \(height, width, 3\), got uint8 of shape \(8, 8\)$",
     ),
+    "nothing in it": (
+        [np.zeros((0, 8, 3), np.uint8)],
+        r"^frame 0 must be uint8 of shape \(height, width, 3\), got uint8 of shape \(0, 8, 3\)$",
+    ),
     "two sizes": (
         [np.zeros((8, 8, 3), np.uint8), np.zeros((8, 6, 3), np.uint8)],
         r"^frame 1 must be uint8 of shape \(8, 8, 3\), got uint8 of shape \(8, 6, 3\)$",
@@ -112,6 +181,12 @@ def test_unfit_frames_leave_what_was_there(tmp_path: Path, fault: str, suffix: s
         save_video(frames, path)
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
     assert path.read_text() == "older"
+
+
+@pytest.mark.parametrize("fps", ["15", None, float("inf"), np.array([15.0])])
+def test_a_rate_that_is_no_number_is_refused(tmp_path: Path, fps: Any) -> None:
+    with pytest.raises(ValueError, match=rf"^fps must be a finite number, got {re.escape(repr(fps))}$"):
+        save_video(episode(1), tmp_path / "chase.gif", fps)
 
 
 @pytest.mark.parametrize("fps", [0, -1, float("nan")])
@@ -142,8 +217,8 @@ def test_a_file_that_the_encoder_did_not_write_is_an_error(
     encoder.write_text(f"#!/bin/bash\ncat > /dev/null\ntouch /dev/null {out}\n")
     encoder.chmod(0o755)
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(encoder))
-    with pytest.raises(OSError, match=rf"^cannot write {place}/chase\.gif: ffmpeg failed$"):
-        save_video(episode(1), place / "chase.gif")
+    with pytest.raises(OSError, match=rf"^cannot write {place}/chase\.mp4: ffmpeg failed$"):
+        save_video(episode(1), place / "chase.mp4")
     assert list(place.iterdir()) == []
 
 
@@ -152,9 +227,9 @@ def test_a_file_that_the_encoder_did_not_write_is_an_error(
 @pytest.mark.parametrize(
     ("says", "reason"),
     [
-        ("[gif @ 0x5] Error writing trailer: No space left on device", "No space left on device"),
-        ("[gif @ 0x5] code: -28 (No space left on device)\n[out @ 0x6] got no packets", "No space left on device"),
-        ("[gif @ 0x5] too: odd\n[out @ 0x6] gives up", r"ffmpeg failed: \[out @ 0x6\] gives up"),
+        ("[mp4 @ 0x5] Error writing trailer: No space left on device", "No space left on device"),
+        ("[mp4 @ 0x5] code: -28 (No space left on device)\n[out @ 0x6] got no packets", "No space left on device"),
+        ("[mp4 @ 0x5] too: odd\n[out @ 0x6] gives up", r"ffmpeg failed: \[out @ 0x6\] gives up"),
     ],
 )
 def test_a_file_that_the_encoder_wrote_in_part_is_an_error_and_the_older_one_stays(
@@ -166,7 +241,7 @@ def test_a_file_that_the_encoder_wrote_in_part_is_an_error_and_the_older_one_sta
     reason: str,
 ) -> None:
     """As on a disk that is full."""
-    encoder, path = tmp_path / "encoder", tmp_path / "place/chase.gif"
+    encoder, path = tmp_path / "encoder", tmp_path / "place/chase.mp4"
     path.parent.mkdir()
     path.write_text("older")
     encoder.write_text(f'#!/bin/bash\n{reads}\necho half > "${{@: -1}}"\ncat >&2 <<< "{says}"\nexit 1\n')
@@ -179,11 +254,19 @@ def test_a_file_that_the_encoder_wrote_in_part_is_an_error_and_the_older_one_sta
     assert capfd.readouterr().err == "", "the error says it"
 
 
-def test_without_the_extra_one_line_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_extra_a_film_is_refused_in_one_line_and_a_gif_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    line = r'^a video needs imageio_ffmpeg: install predprey-esp with its extra "render"$'
-    with pytest.raises(DependencyNotInstalled, match=line):
-        save_video([np.zeros((8, 8, 3), np.uint8)], tmp_path / "chase.gif")
+    frame = np.zeros((8, 8, 3), np.uint8)
+    with pytest.raises(
+        DependencyNotInstalled,
+        match=r'^an MP4 needs imageio_ffmpeg: install predprey-esp with its extra "render"$',
+    ):
+        save_video([frame], tmp_path / "chase.mp4")
+    save_video([frame], tmp_path / "chase.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["chase.gif"]
+    assert (read_gif(tmp_path / "chase.gif")[0][0] == 0).all()
 
 
 def test_pettingzoo_records_an_episode(tmp_path: Path) -> None:
