@@ -114,7 +114,7 @@ predprey_v0.parallel_env(
 | `credit` | `"team"` | `"team"`, `"individual"` | Whose distances count for a predator: the whole team's or its own. |
 | `prey_fitness` | `"lifespan"` | `"lifespan"`, `"complementary"` | The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing. |
 | `reward` | `"terminal"` | `"terminal"`, `"dense"` | Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now. |
-| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: nothing. `"human"`: a window. `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). Window and pixels need the extra `render`. |
+| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: nothing. `"human"`: a window. `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |
 
 One team at a time: :func:`predprey_env.team_view`. Many worlds at once: :func:`predprey_env.vector_env`. Scripted teams:
 :mod:`predprey_env.policies`.

@@ -74,7 +74,7 @@ def as_text(episode: Episode) -> Iterator[str]:
 def as_pictures(episode: Episode, fps: float) -> Iterator[np.ndarray]:
     """An RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours that are seen.
 
-    Raises :class:`gymnasium.error.DependencyNotInstalled` without the extra ``render``.
+    Raises :class:`gymnasium.error.DependencyNotInstalled` without pygame-ce.
     """
     from predprey_env.rendering.extra import require_pygame
 

@@ -1,4 +1,4 @@
-"""What the extra ``render`` installs, and the line for those who have not installed it."""
+"""What pictures and videos need, and the line for those who have not installed it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from types import ModuleType
 
 from gymnasium.error import DependencyNotInstalled
 
-_INSTALL = 'install predprey-esp with its extra "render"'
-
 
 def require(module: str, purpose: str) -> ModuleType:
     """The module, or :class:`gymnasium.error.DependencyNotInstalled` with what it was wanted for."""
     try:
         return import_module(module)
     except ImportError:
-        raise DependencyNotInstalled(f"{purpose} needs {module}: {_INSTALL}") from None
+        raise DependencyNotInstalled(
+            f'{purpose} needs {module}: install predprey-esp with its extra "render"'
+        ) from None
 
 
 def require_pygame(purpose: str) -> None:
@@ -26,5 +26,6 @@ def require_pygame(purpose: str) -> None:
     if not hasattr(pygame, "Window"):
         found = f"pygame {pygame.version.ver}"
         raise DependencyNotInstalled(
-            f"{purpose} needs pygame-ce 2.5.2 or later, got {found}: pip uninstall pygame, then {_INSTALL}"
+            f"{purpose} needs pygame-ce 2.5.2 or later, got {found}: "
+            "pip uninstall pygame, then pip install --force-reinstall pygame-ce"
         )
