@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import singledispatch
+from functools import partial, singledispatch
 from operator import index
 from typing import Any, Protocol, runtime_checkable
 
@@ -92,6 +92,26 @@ def choose(player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
         at: The first of the agent's :data:`MEMORY` rows.
     """
     raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
+
+
+def _register(player: type, rule: Any = None) -> Any:
+    """Register the rule of a class of player.
+
+    Numba tells named tuples apart by the name of their class, not by the class, when it looks for machine code: another
+    of the same name, as a notebook's cell makes that is run again, would be played by the rule of the first.
+    """
+    if rule is None:  # it is a decorator
+        return partial(_register, player)
+    if choose.registry.get(player, rule) is not rule:
+        raise ValueError(f"{player.__name__} has a rule already; define the class anew to give it another")
+    taken = {other.__name__ for other in choose.registry if other is not player}
+    while player.__name__ in taken:
+        player.__name__ += "_"
+    return _register_as_it_is(player, rule)
+
+
+_register_as_it_is = choose.register
+choose.register = _register  # type: ignore[method-assign, assignment]
 
 
 @overload(choose, jit_options={"nogil": True, "_nrt": False, "forceinline": True})

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numba import njit
 from numba.core.errors import TypingError
 
 from predprey_env import EnvConfig
-from predprey_env.compilation import entry_point
+from predprey_env.compilation import entry_point, rule
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.lanes import LANES, lane_zeros, store
 from predprey_env.policies import SCRIPTS, ScriptedTeam
@@ -125,3 +126,39 @@ def test_python_dispatches_to_the_same_rule(script: str) -> None:
         action = policy.act({agent: world.seen()})[agent]
         assert choose(player, 1, world.seen(), memory, 0) == action
         world.move(action)
+
+
+# -- compiled players ---------------------------------------------------------------------------------------------
+
+
+def player(name: str, action: int) -> tuple[type, Any]:
+    """A class of player of a name, and its rule, which always takes one action."""
+
+    @rule
+    def act(player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
+        return action + player.extra
+
+    return NamedTuple(name, [("extra", int)]), act
+
+
+@njit(_nrt=False)
+def ask(player: Any, memory: Any) -> Any:
+    return choose(player, 0, memory, memory, 0)
+
+
+def test_players_of_one_name_have_each_its_own_rule() -> None:
+    """A notebook's cell that is run again makes another class of the same name."""
+    memory, answers = np.zeros(4, np.int32), []
+    for action in (1, 2, 3):
+        made, act = player("Again", action)
+        assert choose.register(made, act) is act
+        assert choose.register(made)(act) is act
+        answers.append(ask(made(10), memory))
+    assert answers == [11, 12, 13]
+
+
+def test_a_player_whose_rule_may_be_compiled_already_is_given_no_other() -> None:
+    made, act = player("Once", 1)
+    choose.register(made, act)
+    with pytest.raises(ValueError, match=r"^Once has a rule already; define the class anew to give it another$"):
+        choose.register(made, player("Once", 2)[1])
