@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies import SCRIPTS, PredatorScript, PreyScript
-from predprey_env.settings import Settings, field_names, unknown_field
+from predprey_env.settings import Settings, field_names, flat, unknown_field
 
 
 class SideConfig(Settings):
@@ -169,9 +169,13 @@ class RunConfig(Settings):
         return self
 
     def with_fields(self, fields: Mapping[str, Any]) -> RunConfig:
-        """A validated copy with some fields changed, by their names with dots: ``{"esp.n_trials": 200}``."""
+        """A validated copy with some fields changed, by their names with dots, ``{"esp.n_trials": 200}``, or by
+        sections, ``{"esp": {"n_trials": 200}}``.
+        """
+        if not isinstance(fields, Mapping):
+            raise ValueError(f"fields must be a mapping from names of fields to values, got {fields!r}")
         whole = self.model_dump()
-        for name, value in fields.items():
+        for name, value in flat(fields).items():
             *path, leaf = name.split(".")
             section = whole
             for part in path:

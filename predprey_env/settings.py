@@ -49,8 +49,13 @@ class Settings(BaseModel):
         return cls(**fields)
 
     def replace(self: Self, **fields: Any) -> Self:
-        """A validated copy with some fields changed."""
-        return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **fields})
+        """A validated copy with some fields changed; of a section that is given as a mapping, the fields in it."""
+        whole = {name: getattr(self, name) for name in type(self).model_fields}
+        for name, value in fields.items():
+            section, whole[name] = whole.get(name), value
+            if isinstance(value, dict) and isinstance(section, Settings):
+                whole[name] = {**section.model_dump(), **value}
+        return type(self)(**whole)
 
 
 def plain(value: Any) -> Any:
@@ -98,6 +103,8 @@ def _within(section: str, line: str, settings: type[BaseModel]) -> str:
 
 def unknown_field(field: str, known: list[str]) -> str:
     """The line for a field that does not exist, with the nearest name that does."""
+    if field in known:  # a name with a dot, where only the section's own name can be given
+        return f"{field} is a field of {field.rpartition('.')[0]}; set it by with_fields({{{field!r}: ...}})"
     near = difflib.get_close_matches(field, known, n=1) or difflib.get_close_matches(
         field.rpartition(".")[2], known, n=1, cutoff=0.5
     )
@@ -108,7 +115,7 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """The leaves of a tree of settings, by their names with dots."""
     found: dict[str, Any] = {}
     for name, value in tree.items():
-        found |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+        found |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from esp_trainer.presets import preset
 from predprey_env import EnvConfig
 from predprey_env.settings import field_names
 
@@ -155,6 +157,41 @@ def test_a_config_survives_json():
 def test_replaced_settings_are_validated():
     with pytest.raises(ValueError, match="n_trials must be at least 1, got 0"):
         EspConfig().replace(n_trials=0)
+
+
+def test_a_field_of_a_section_is_pointed_to_what_sets_it():
+    line = "esp.n_trials is a field of esp; set it by with_fields({'esp.n_trials': ...})"
+    dotted = {"esp.n_trials": 5}
+    for change in (RunConfig().replace, RunConfig, lambda **fields: RunConfig.from_dict(fields)):
+        with pytest.raises(ValueError, match=f"^{re.escape(line)}$"):
+            change(**dotted)
+    assert RunConfig().with_fields(dotted).esp.n_trials == 5
+
+
+@pytest.mark.parametrize("name", ["replace", "with_fields"])
+def test_a_section_that_is_given_in_part_keeps_its_other_fields(name: str):
+    config, fields = preset("smoke"), {"esp": {"n_trials": 5}}
+    changed = config.replace(**fields) if name == "replace" else config.with_fields(fields)
+    assert changed == config.replace(esp=config.esp.replace(n_trials=5))
+
+
+@pytest.mark.parametrize(
+    ("fields", "line"),
+    [
+        ({"esp.n_trails": 5}, "unknown field esp.n_trails; did you mean esp.n_trials?"),
+        ({"esp": {"n_trails": 5}}, "unknown field esp.n_trails; did you mean esp.n_trials?"),
+        ({"n_trials": 5}, "unknown field n_trials; did you mean esp.n_trials?"),
+        ({"zzz.n_trials": 5}, "unknown field zzz"),
+        ({"seed.low": 5}, "unknown field seed.low; did you mean seed?"),
+        ({5: 5}, "unknown field 5"),
+        ({"esp": {5: 5}}, "unknown field esp.5"),
+        ({"esp": 5}, "esp must be a dictionary or instance of EspConfig, got 5"),
+        ([("seed", 5)], "fields must be a mapping from names of fields to values, got [('seed', 5)]"),
+    ],
+)
+def test_fields_that_cannot_be_set_are_refused_in_one_line(fields: Any, line: str):
+    with pytest.raises(ValueError, match=f"^{re.escape(line)}$"):
+        RunConfig().with_fields(fields)
 
 
 def test_every_field_says_what_it_is():
