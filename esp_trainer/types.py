@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -88,6 +88,10 @@ class EvolvedTeams:
     genomes: Genomes
     indices: Indices
 
+    def __repr__(self) -> str:
+        """A line without its numbers."""
+        return f"<EvolvedTeams: {len(self.indices)} trials>"
+
     def part(self, trials: slice) -> EvolvedTeams:
         """The teams of some trials, made of the same candidates."""
         return EvolvedTeams(self.controller, self.genomes, self.indices[trials])
@@ -125,7 +129,7 @@ class TrialBatch:
 
     predators: Teams
     prey: Teams
-    starts: np.ndarray
+    starts: np.ndarray = field(repr=False)
     """What each episode starts from: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)``
     cells."""
 
@@ -144,6 +148,10 @@ class TrialResult:
     """bool ``(n_trials, n_episodes, n_prey)``."""
     steps: np.ndarray
     """int ``(n_trials, n_episodes)``: length of each episode."""
+
+    def __repr__(self) -> str:
+        """A line without its numbers."""
+        return "<TrialResult: {} trials of {} episodes>".format(*self.steps.shape)
 
     def fitness_of(self, role: Role) -> Fitness:
         """One side's part of the fitness: ``(n_trials, n_episodes, n_agents of the side)``."""

@@ -50,6 +50,10 @@ class CrossPlay:
     n_episodes: int
     """Of each cell."""
 
+    def __repr__(self) -> str:
+        """A line without its numbers."""
+        return "<CrossPlay: {} x {} generations, {} episodes each>".format(*self.caught.shape, self.n_episodes)
+
     @property
     def caught(self) -> np.ndarray:
         """Share of prey caught, float64 ``(G, H)``: the matrix ``M[g, h]``."""

@@ -45,6 +45,10 @@ class History:
     def __len__(self) -> int:
         return len(self.curves["caught"])
 
+    def __repr__(self) -> str:
+        """A line without its numbers."""
+        return f"<History: preset {self.config.preset}, seed {self.config.seed}, {len(self)} generations>"
+
     @classmethod
     def evolve(
         cls,

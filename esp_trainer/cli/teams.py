@@ -155,7 +155,7 @@ def _outcome(episode: Episode, steps: range) -> str:
 
 
 def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
-    """Both players by role, and the world of the first that was evolved or solved."""
+    """Both players by role, and the world of the first that says one; if none does, the paper's."""
     players: dict[Role, _Seat] = {}
     seats = [(name, _load(name)) for name in (team, against)]
     for _, player in sorted(seats, key=lambda seat: isinstance(seat[1], Solution)):  # who can play both sides last
@@ -165,14 +165,32 @@ def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
         players[role] = player
     worlds = [world for name, player in seats if (world := _world_of(player, name))]
     if not worlds:
-        if all(isinstance(player, ScriptedTeams) for player in players.values()):
+        evolved = [(name, player) for name, player in seats if isinstance(player, Team)]
+        if not evolved:
             raise ValueError("at least one of the teams must be an evolved one, got two scripts")
-        raise ValueError(f"{team} does not say which world it is for, and nor does {against}")
+        worlds = [_assumed_world(*evolved[0])]
     for role, player in players.items():
         _check_fits(player, role, worlds[0])
     if worlds[0] != worlds[-1]:
         print(f"the teams come from different worlds; they play in that of {team}", file=sys.stderr)
     return players, worlds[0]
+
+
+def _assumed_world(name: str, team: Team) -> EnvConfig:
+    """The paper's world for as many agents as a team has and sees; says so."""
+    sees = team.controller.n_seen // 2
+    if team.role == "predators":
+        idles = len(team.controller.blank) == EnvConfig().n_predator_actions
+        env = EnvConfig(n_predators=team.n_agents, n_prey=sees, predator_idle=idles)
+    else:
+        env = EnvConfig(n_predators=sees, n_prey=team.n_agents)
+    teams, cells = f"{env.n_predators} against {env.n_prey}", f"{env.size} x {env.size} cells"
+    print(
+        f"{name} does not say which world it is for: it plays in the paper's, {teams} on {cells}; "
+        'for another, save it with provenance={"env": EnvConfig(...).model_dump()}',
+        file=sys.stderr,
+    )
+    return env
 
 
 def _world_of(player: _Seat, name: str) -> EnvConfig | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -40,7 +41,8 @@ class Team:
     genomes: np.ndarray
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``; one for all agents where the controller is central."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
-    """Where it came from, as JSON values: the config of its run, its generation, how it scored."""
+    """Where it came from, as JSON values: the config of its run, its generation, how it scored. ``"env"`` in it is the
+    world that it plays in, ``EnvConfig(...).model_dump()``; without it the commands assume the paper's."""
     n_seen: int | None = None
     """Length of the observations that it was evolved on; None for any that hold what its networks read."""
 
@@ -52,6 +54,12 @@ class Team:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
         if not np.isfinite(self.genomes).all():
             raise ValueError("genomes must be finite, got NaN or infinity")
+
+    def __repr__(self) -> str:
+        """A line without its numbers, of which there are hundreds."""
+        origin = self.provenance
+        source = [f"{name} {origin[name]}" for name in ("preset", "seed", "generation") if name in origin]
+        return f"<Team: {', '.join([f'{self.n_agents} {self.role}', f'{self.side.controller} networks', *source])}>"
 
     @property
     def n_agents(self) -> int:
@@ -126,7 +134,11 @@ class Team:
         return in_every_trial(self.controller, self.genomes, n_trials)
 
     def save(self, path: Path | str) -> None:
-        """Write the team to a file of its own."""
+        """Write the team to a file of its own; :class:`ValueError` if its provenance cannot be written as JSON."""
+        try:
+            json.dumps(dict(self.provenance), allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"provenance must hold JSON values, such as config.model_dump(): {error}") from None
         header: dict[str, Any] = {
             "role": self.role,
             "side": self.side.model_dump(),

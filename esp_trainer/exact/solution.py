@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -33,10 +33,10 @@ class Solution:
     """
 
     config: EnvConfig
-    states: States
-    turns: tuple[Moves, ...]
+    states: States = field(repr=False)
+    turns: tuple[Moves, ...] = field(repr=False)
     """Of a time step: one, or two where the prey move first."""
-    values: np.ndarray
+    values: np.ndarray = field(repr=False)
     """What the predators win under optimal play: float64 ``(horizon * len(turns) + 1, n_states)``, by turns left and
     state."""
 

@@ -6,7 +6,7 @@ import difflib
 import hashlib
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -61,12 +61,12 @@ class Zoo:
     """Everything that is known of the teams of one task."""
 
     task: str
-    teams: tuple[ZooTeam, ...]
-    predators: tuple[str, ...]
+    teams: tuple[ZooTeam, ...] = field(repr=False)
+    predators: tuple[str, ...] = field(repr=False)
     """Names of the rows: teams, then scripts."""
-    prey: tuple[str, ...]
+    prey: tuple[str, ...] = field(repr=False)
     """Names of the columns."""
-    captured: np.ndarray
+    captured: np.ndarray = field(repr=False)
     """int ``(n_predators, n_prey)``: prey caught in all episodes of each pair, from the same starts."""
     n_episodes: int
     """Of each pair."""

@@ -15,6 +15,7 @@ from esp_trainer.evaluation.match import match
 from esp_trainer.presets import preset
 from esp_trainer.statistics import wilson
 from esp_trainer.types import ScriptedTeams
+from predprey_env import EnvConfig
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -151,10 +152,46 @@ def test_a_team_without_a_world_plays_in_the_other_teams(
     esp_trainer: Callable[..., Any], predators: Path, prey: Path
 ) -> None:
     _team_of_someone({}, prey).save("mine.safetensors")
-    assert esp_trainer("evaluate", predators, "--against", "mine.safetensors").code == 0
-    refusal = esp_trainer("evaluate", "mine.safetensors", "--against", "greedy_chase").refusal
-    assert "mine.safetensors does not say which world it is for" in refusal
-    assert "'env'" not in refusal, "that is Python's word for a missing key, not ours"
+    outcome = esp_trainer("evaluate", predators, "--against", "mine.safetensors")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "size=12" in outcome.out
+
+
+@pytest.mark.parametrize("command", ["evaluate", "replay"])
+@pytest.mark.parametrize(("role", "script"), [("predators", "flee_nearest"), ("prey", "greedy_chase")])
+def test_a_team_without_a_world_plays_a_script_in_the_papers(
+    command: str, role: str, script: str, esp_trainer: Callable[..., Any], smoke_run: Path
+) -> None:
+    champion = smoke_run / f"champions/{role}-00019.safetensors"
+    _team_of_someone({}, champion).save("mine.safetensors")
+    _team_of_someone({"env": EnvConfig().model_dump()}, champion).save("told.safetensors")
+    for pair in (("mine.safetensors", script), (script, "mine.safetensors")):
+        outcome = esp_trainer(command, pair[0], "--against", pair[1])
+        assert outcome.code == 0
+        assert outcome.err == (
+            "mine.safetensors does not say which world it is for: it plays in the paper's, 3 against 2 on 100 x 100 "
+            'cells; for another, save it with provenance={"env": EnvConfig(...).model_dump()}\n'
+        )
+    told = esp_trainer(command, "told.safetensors", "--against", script)
+    assert (told.code, told.err) == (0, "")
+    assert told.out == outcome.out
+
+
+def test_teams_without_a_world_that_do_not_fit_are_refused(
+    esp_trainer: Callable[..., Any], predators: Path, three_prey_run: Path
+) -> None:
+    _team_of_someone({}, predators).save("mine.safetensors")
+    _team_of_someone({}, three_prey_run / "champions/prey-00000.safetensors").save("other.safetensors")
+    outcome = esp_trainer("evaluate", "mine.safetensors", "--against", "other.safetensors")
+    assert outcome.code == 1
+    assert outcome.err.splitlines()[1:] == ["esp-trainer: this world has 2 prey, got a team of 3"]
+
+
+def test_where_a_team_came_from_must_be_json(prey: Path, tmp_path: Path) -> None:
+    for wrong in (EnvConfig(), np.int64(3), float("nan")):
+        with pytest.raises(ValueError, match=r"^provenance must hold JSON values, such as config\.model_dump\(\): "):
+            _team_of_someone({"env": wrong}, prey).save("mine.safetensors")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_replay_prints_a_frame_for_each_step(esp_trainer: Callable[..., Any], predators: Path, prey: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.team import Team, as_candidates, pick
+from esp_trainer.teams.zoo import load_team, load_zoo
 from esp_trainer.types import EvolvedTeams
 
 SIDE = SideConfig(n_hidden=1, output="linear")
@@ -24,6 +25,15 @@ def team(genomes: Any, wiring: Any = ((0, 1),), n_actions: int = 4, role: Any = 
 def who_always_chooses(*actions: int) -> Team:
     """A team whose agents vote for one action each."""
     return team([[[[*HALVES, *np.eye(4)[action]]]] for action in actions])
+
+
+def test_a_team_is_shown_in_a_line():
+    assert repr(who_always_chooses(3, 1)) == str(who_always_chooses(3, 1)) == "<Team: 2 predators, split networks>"
+    champion = load_team("paper-3v2/prey/seed-500-late")
+    generation = champion.provenance["generation"]
+    assert repr(champion) == f"<Team: 2 prey, split networks, preset paper-3v2, seed 500, generation {generation}>"
+    assert repr(champion.as_teams(7)) == "<EvolvedTeams: 7 trials>"
+    assert repr(load_zoo("3v2")).count("\n") == 0
 
 
 def test_each_agent_acts_by_its_own_networks():
