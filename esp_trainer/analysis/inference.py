@@ -10,6 +10,9 @@ import numpy as np
 from scipy import stats
 from scipy.stats import mannwhitneyu, permutation_test
 
+MIN_SEEDS = 3
+"""Seeds from which on an interval is told: Student's of two is 12.7 standard errors to each side, and says nothing."""
+
 _Z_95 = 1.959963984540054
 _MAX_FLIPS = 2**14  # all signs of up to 14 seeds, so p is exact; of more, that many at random
 
@@ -25,7 +28,7 @@ class Estimate:
     """Seeds."""
 
     def __str__(self) -> str:
-        return f"{self.mean:.3f} [{self.low:.3f}, {self.high:.3f}]"
+        return f"{self.mean:z.3f} [{self.low:z.3f}, {self.high:z.3f}]"
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,7 @@ class Comparison:
     """Two-sided."""
 
     def __str__(self) -> str:
+        # Not rounded to an unsigned zero: the sign of an end says on which side of 0 it lies.
         interval = f"{self.difference:+.3f} [{self.low:+.3f}, {self.high:+.3f}]"
         return f"{interval}, delta {self.effect:+.2f}, p {self.p:.2g}"
 
@@ -62,10 +66,10 @@ def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
 
 def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean over runs ``(n_runs, n)`` and both ends of its 95% interval (Student's, as :func:`over_seeds`), point by
-    point: each ``(n,)``. Of a single run all three are the run.
+    point: each ``(n,)``. Of fewer runs than :data:`MIN_SEEDS` all three are the mean.
     """
     mean = curves.mean(axis=0)
-    if len(curves) < 2:
+    if len(curves) < MIN_SEEDS:
         return mean, mean, mean
     half = stats.t.ppf(0.975, len(curves) - 1) * curves.std(axis=0, ddof=1) / np.sqrt(len(curves))
     return mean, mean - half, mean + half

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from esp_trainer.analysis.inference import interval_of_curves
+from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.files import write, write_table
 
 PREDATORS, PREY = "#d55e00", "#0072b2"
@@ -86,11 +86,13 @@ def curve(
     colour: str | None = None,
     window: int = 1,
 ) -> dict[str, np.ndarray]:
-    """A mean over runs, ``(n_runs, n)``, with its 95% interval (Student's) as a band; returns what it drew."""
+    """A mean over runs, ``(n_runs, n)``, of at least three with its 95% interval (Student's) as a band; returns what it
+    drew.
+    """
     mean, low, high = interval_of_curves(smooth(runs, window))
     colour = colour or COLOURS[number % len(COLOURS)]
     axes.plot(x, mean, color=colour, linestyle=_DASHES[number % len(_DASHES)], label=label)
-    if len(runs) < 2:
+    if len(runs) < MIN_SEEDS:
         return {f"{label}": mean}
     axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)
     return {label: mean, f"{label}, low": low, f"{label}, high": high}

@@ -8,7 +8,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.counts import over_chance
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.inference import over_seeds
+from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.analysis.watch import watch
 from esp_trainer.cli.analysis import read_runs, say
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -41,7 +41,8 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
         print(f"{name:22}{cells}")
     print("idling and parity idle are plain rates: nothing in them is between predators and prey")
     if len(runs) > 1:
-        print(f"means of {len(runs)} runs, with half their 95% intervals behind ±")
+        intervals = ", with half their 95% intervals behind ±" if len(runs) >= MIN_SEEDS else ""
+        print(f"means of {len(runs)} runs{intervals}")
     return 0
 
 
@@ -49,10 +50,10 @@ def _cell(values: np.ndarray) -> str:
     known = values[~np.isnan(values)]
     if not len(known):
         return "-"
-    if len(known) == 1:
-        return f"{known[0]:.0f}"
+    if len(known) < MIN_SEEDS:
+        return f"{known.mean():z.0f}"
     estimate = over_seeds(known)
-    return f"{estimate.mean:.0f}±{estimate.high - estimate.mean:.0f}"
+    return f"{estimate.mean:z.0f}±{estimate.high - estimate.mean:.0f}"
 
 
 def _write(path: Path, runs: list[Path], generations: np.ndarray, names: list[str], rates: np.ndarray) -> None:

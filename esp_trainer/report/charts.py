@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from esp_trainer.analysis.inference import interval_of_curves
+from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
 from esp_trainer.report.measure import SHOWN, Measured, appeared
@@ -56,12 +56,12 @@ def _rounded(values: np.ndarray) -> list[Any]:
 
 
 def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:
-    """A mean over runs ``(n_runs, n)`` with its 95% interval as a band behind it."""
+    """A mean over runs ``(n_runs, n)``, of at least three with its 95% interval as a band behind it."""
     mean, low, high = interval_of_curves(curves)
     line = {"color": colour, "dash": _DASHES[number % len(_DASHES)], "width": 2}
     curve = {"x": x.tolist(), "y": _rounded(mean), "name": name, "mode": "lines", "line": line, "legendgroup": name}
     curve |= {"hovertemplate": f"%{{y:.3f}}<extra>{name}</extra>"} | more
-    if len(curves) < 2:
+    if len(curves) < MIN_SEEDS:
         return [curve]
     band = {
         "x": [*x.tolist(), *x[::-1].tolist()],

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from esp_trainer.analysis.games import Sides, decompose
-from esp_trainer.analysis.inference import against, over_seeds
+from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
 from esp_trainer.report.measure import SHOWN, Measured, appeared
 from esp_trainer.types import ROLES, Role
 
 NOTABLE = 0.02
-"""Share of the prey: a side of a single run that gains no more is not said to have become better. Over runs the
+"""Share of the prey: a side that gains no more in a run is not said to have become better. Over at least three runs the
 interval decides."""
 
 
@@ -34,8 +34,8 @@ def _met_others(runs: Sequence[Measured]) -> str:
     both = [run.met_others for run in runs if run.met_others]
     if not both:
         return ""
-    p = against([two_sided(each) for each in both]).p
-    return f"Against opponents of other seeds, whom they never met, {_gains(both)}, p {p:.2g}."
+    p = f", p {against(list(map(two_sided, both))).p:.2g}" if len(both) >= MIN_SEEDS else ""
+    return f"Against opponents of other seeds, whom they never met, {_gains(both)}{p}."
 
 
 def _strengths(both: Sequence[Sides[Progress]]) -> dict[Role, list[float]]:
@@ -51,14 +51,19 @@ def _gains(both: Sequence[Sides[Progress]]) -> str:
 
 
 def _verdict(strengths: dict[Role, list[float]]) -> str:
-    """Who became better: in a single run, or over runs as far as their interval can show it."""
-    single = len(strengths["prey"]) == 1
+    """Who became better: in a single run, in both of two, or over more as far as their interval can show it."""
+    n = len(strengths["prey"])
     better = [
-        role for role, values in strengths.items() if (values[0] > NOTABLE if single else over_seeds(values).low > 0)
+        role
+        for role, values in strengths.items()
+        if (min(values) > NOTABLE if n < MIN_SEEDS else over_seeds(values).low > 0)
     ]
-    if single:
+    if n == 1:
         who = "both sides" if len(better) == 2 else f"only the {better[0]}" if better else "neither side"
         return f"In this run {who} got better"
+    if n < MIN_SEEDS:
+        who = "Both sides" if len(better) == 2 else f"Only the {better[0]}" if better else "Neither side"
+        return f"{who} got better in both runs"
     if len(better) == 2:
         return "Both sides made progress"
     return (
@@ -69,11 +74,11 @@ def _verdict(strengths: dict[Role, list[float]]) -> str:
 
 
 def _figure(values: list[float], sign: str = "") -> str:
-    """A number, or a mean over runs with its interval."""
-    if len(values) == 1:
-        return f"{values[0]:{sign}.2f}"
+    """A mean over runs, of at least three with its interval."""
+    if len(values) < MIN_SEEDS:
+        return f"{np.mean(values):{sign}z.2f}"
     estimate = over_seeds(values)
-    return f"{estimate.mean:{sign}.2f} [{estimate.low:{sign}.2f}, {estimate.high:{sign}.2f}]"
+    return f"{estimate.mean:{sign}z.2f} [{estimate.low:{sign}z.2f}, {estimate.high:{sign}z.2f}]"
 
 
 def _without_progress(runs: Sequence[Measured]) -> str:

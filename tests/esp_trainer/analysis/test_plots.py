@@ -154,16 +154,17 @@ def test_a_curve_is_the_mean_with_students_interval():
 
 def test_the_interval_is_of_the_smoothed_runs():
     _, (axes,) = panels(1)
-    drawn = curve(axes, np.arange(3), np.array([[0.0, 3, 6], [6, 3, 0]]), "caught", window=3)
-    # Smoothed, the runs are 1.5, 3, 4.5 and 4.5, 3, 1.5.
+    drawn = curve(axes, np.arange(3), np.array([[0.0, 3, 6], [6, 3, 0], [3, 3, 3]]), "caught", window=3)
+    # Smoothed, the runs are 1.5, 3, 4.5 and 4.5, 3, 1.5 and 3, 3, 3.
     assert drawn["caught"] == pytest.approx([3, 3, 3])
-    half = 12.706204736432095 * 1.5  # one degree of freedom; the standard error is half the difference
+    half = 4.302652729911275 * 1.5 / 3**0.5  # two degrees of freedom; the standard deviation is 1.5 at the ends
     assert drawn["caught, high"] - 3 == pytest.approx([half, 0, half])
 
 
-def test_a_single_run_has_no_interval():
+@pytest.mark.parametrize("runs", [[[0.0, 3, 6]], [[0.0, 4, 6], [0, 2, 6]]])
+def test_fewer_than_three_runs_have_no_interval(runs: list[list[float]]):
     _, (axes,) = panels(1)
-    drawn = curve(axes, np.arange(3), np.array([[0.0, 3, 6]]), "caught")
+    drawn = curve(axes, np.arange(3), np.array(runs), "caught")
     assert list(drawn) == ["caught"]
     assert drawn["caught"].tolist() == [0, 3, 6]
     assert not axes.collections

@@ -25,11 +25,12 @@ NAMES = [*BEHAVIOURS, "specialisation"]
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Runs of two seeds, and two against scripts."""
+    """Runs of three seeds, and two others."""
     place = tmp_path_factory.mktemp("runs")
     for name, options in {
         "first": [],
         "second": ["--seed", "1"],
+        "third": ["--seed", "2"],
         "fleeing": ["--prey.policy", "flee_nearest"],
         "one prey": ["--env.n_prey", "1"],
     }.items():
@@ -68,7 +69,7 @@ def test_a_run_is_told_by_rates_over_chance(name: str, esp_trainer: Callable[...
     generations, rows = table_of(outcome.out)
     assert generations == [0, 4, 8]
     for cells, values in zip(rows.values(), excess(rates_of(place / name, generations)), strict=True):
-        assert cells == ["-" if math.isnan(value) else f"{value:.0f}" for value in values]
+        assert cells == ["-" if math.isnan(value) else f"{value:z.0f}" for value in values]
     assert "intervals" not in outcome.out
 
 
@@ -79,11 +80,21 @@ def test_what_takes_two_prey_is_not_told_of_one(esp_trainer: Callable[..., Any],
     assert "-" not in rows["attacker"]
 
 
-def test_of_several_runs_the_mean_is_told_with_its_interval(esp_trainer: Callable[..., Any], place: Path) -> None:
+def test_of_two_runs_the_mean_is_told_without_an_interval(esp_trainer: Callable[..., Any], place: Path) -> None:
     runs = place / "first", place / "second"
     outcome = esp_trainer("behaviours", *runs, "--episodes", EPISODES, "--generations", "3")
+    assert outcome.out.splitlines()[-1] == "means of 2 runs"
+    assert "±" not in outcome.out
+    generations, rows = table_of(outcome.out)
+    means = np.mean([excess(rates_of(run, generations)) for run in runs], axis=0)
+    assert rows["idling"] == [f"{value:z.0f}" for value in means[NAMES.index("idling")]]
+
+
+def test_of_several_runs_the_mean_is_told_with_its_interval(esp_trainer: Callable[..., Any], place: Path) -> None:
+    runs = place / "first", place / "second", place / "third"
+    outcome = esp_trainer("behaviours", *runs, "--episodes", EPISODES, "--generations", "3")
     assert outcome.code == 0
-    assert "means of 2 runs" in outcome.out
+    assert "means of 3 runs, with half their 95% intervals behind ±" in outcome.out
     generations, rows = table_of(outcome.out)
     values = np.array([excess(rates_of(run, generations)) for run in runs])
     told = 0
@@ -92,7 +103,7 @@ def test_of_several_runs_the_mean_is_told_with_its_interval(esp_trainer: Callabl
             both = values[:, row, column]
             if not np.isnan(both).any():
                 estimate = over_seeds(both)
-                assert cell == f"{estimate.mean:.0f}±{estimate.high - estimate.mean:.0f}"
+                assert cell == f"{estimate.mean:z.0f}±{estimate.high - estimate.mean:.0f}"
                 told += 1
     assert told > 30
 

@@ -38,12 +38,15 @@ def test_there_is_a_chart_of_all_that_is_known_and_of_nothing_else() -> None:
     assert matrix([Measured(without)]) is None
 
 
-def test_a_run_is_a_line_and_several_are_their_mean_in_a_band() -> None:
+def test_a_run_is_a_line_two_are_their_mean_and_more_are_that_in_a_band() -> None:
     (one,) = figures(Measured(source(0.2)))["diversity"]["data"]
     assert one["y"] == [0.2] * N
-    band, mean = figures(Measured(source(0.2)), Measured(source(0.4)))["diversity"]["data"]
+    (two,) = figures(Measured(source(0.2)), Measured(source(0.4)))["diversity"]["data"]
+    assert two["y"] == pytest.approx([0.3] * N)
+    three = figures(*(Measured(source(level)) for level in (0.2, 0.3, 0.4)))
+    band, mean = three["diversity"]["data"]
     assert mean["y"] == pytest.approx([0.3] * N)
-    half = 12.706 * 0.1414 / np.sqrt(2)  # Student's of one degree of freedom, times the standard error
+    half = 4.3027 * 0.1 / np.sqrt(3)  # Student's of two degrees of freedom, times the standard error
     assert band["y"][:N] == pytest.approx([0.3 + half] * N, abs=1e-3)
     assert band["y"][N:] == pytest.approx([0.3 - half] * N, abs=1e-3)
     assert band["x"] == [*range(N), *reversed(range(N))]

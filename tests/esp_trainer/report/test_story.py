@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -97,11 +98,25 @@ def test_it_tells_progress_against_other_seeds_where_there_are_any() -> None:
         both = historical_progress(met(ladder(gain, gain)).caught)
         return run(met_others=Sides(*both))
 
-    second = story([against(0.2), against(0.22)])[1]
+    second = story([against(0.2), against(0.22), against(0.24)])[1]
     assert second.startswith(
-        "Against opponents of other seeds, whom they never met, from early to late predators gain +0.21"
+        "Against opponents of other seeds, whom they never met, from early to late predators gain +0.22 [+0.17, +0.27]"
     )
-    assert second.endswith("p 0.5.")  # of two seeds no test can say more
+    assert second.endswith("p 0.25.")  # of three seeds no test can say more
+
+
+def test_of_two_runs_there_is_no_interval_and_no_test() -> None:
+    def two(*gains: tuple[float, float]) -> list[str]:
+        runs = [run(*gain) for gain in gains]
+        return story([replace(each, met_others=each.progress) for each in runs])
+
+    lines = two((0.3, 0.1), (0.34, 0.12))
+    assert lines[0].startswith("Both sides got better in both runs: against the same opponents of their run, ")
+    assert "predators gain +0.32 of the prey, and prey +0.11; the lesser of the two +0.11." in lines[0]
+    assert "[" not in "".join(lines)
+    assert ", p " not in "".join(lines)
+    assert two((0.3, 0.1), (0.3, 0.0))[0].startswith("Only the predators got better in both runs: ")
+    assert two((0.0, 0.1), (0.3, 0.0))[0].startswith("Neither side got better in both runs: ")
 
 
 def test_it_says_how_much_goes_in_circles() -> None:
