@@ -122,10 +122,10 @@ class History:
         except ValueError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error}") from None
 
-    def first(self, n: int) -> History:
-        """Its first generations alone."""
-        kept = self.kept[self.kept < n]
-        champions = {role: array[: len(kept)] for role, array in self.champions.items()}
+    def first(self, n: int, kept: np.ndarray | None = None) -> History:
+        """Its first generations alone; if ``kept`` is given, int ``(n_kept,)``, with the champions of only those."""
+        kept = self.kept[self.kept < n] if kept is None else kept
+        champions = {role: self.genomes(role, kept) for role in self.champions}
         return History(self.config, champions, {name: curve[:n] for name, curve in self.curves.items()}, kept)
 
     def sample(self, n: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from esp_trainer.analysis import games, phases, plots, progress
 from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.history import History
+from esp_trainer.analysis.pooling import check_directories, check_same_config, cut_to_shortest, note_on_lengths
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import Role
@@ -19,8 +20,9 @@ from esp_trainer.types import Role
 def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | None) -> int:
     """Print whether both sides progressed, against their own opponents and, of several runs, against the others'."""
     histories = read_runs(runs)
-    if min(len(history.sample(generations)) for history in histories) < 3:
-        raise ValueError(f"progress takes at least 3 generations, got {min(generations, len(histories[0]))}")
+    sampled = len(histories[0].sample(generations))
+    if sampled < 3:
+        raise ValueError(f"progress takes at least 3 generations, got {sampled}")
     evaluator = FusedEvaluator(histories[0].config.env)
     names = {run.resolve().name for run in runs}
     for i, (run, history) in enumerate(zip(runs, histories, strict=True)):
@@ -108,19 +110,14 @@ def _draw(place: Path, name: str, history: History, own: CrossPlay) -> None:
 
 
 def read_runs(runs: list[Path]) -> list[History]:
-    """What the directories hold; :class:`ValueError` for runs that cannot be compared."""
-    if len({run.resolve() for run in runs}) < len(runs):
-        raise ValueError(f"runs must be different ones, got {', '.join(map(str, runs))}")
+    """What the directories hold, as far as all go; :class:`ValueError` for runs that cannot be measured together."""
+    check_directories(runs)
     histories = [History.of_run(run) for run in runs]
-    first = histories[0]
-    for run, history in zip(runs, histories, strict=True):
-        if history.config.env != first.config.env:
-            raise ValueError(f"runs must play in the same world, got {runs[0]} and {run}, whose env differ")
-        if len(history) != len(first):
-            raise ValueError(f"runs must be of the same length, got {len(first)} and {len(history)} generations")
-        if not np.array_equal(history.kept, first.kept):
-            raise ValueError("runs must have the champions of the same generations: they differ by esp.hof_size")
-    return histories
+    check_same_config([(run, history.config) for run, history in zip(runs, histories, strict=True)])
+    note = note_on_lengths(list(map(len, histories)))
+    if note:
+        say(f"note: {note}")
+    return cut_to_shortest(histories)
 
 
 def say(line: str) -> None:

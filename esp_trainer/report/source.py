@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis.history import CURVES, History, curves_of
+from esp_trainer.analysis.pooling import cut_to_shortest
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide, side_config
 from esp_trainer.config import RunConfig
@@ -51,6 +53,15 @@ class Source:
         spreads = {role: values[:n] for role, values in self.spreads.items()}
         seconds = {phase: values[:n] for phase, values in self.seconds.items()}
         return replace(self, history=history, curves=curves, spreads=spreads, seconds=seconds)
+
+
+def cut(sources: Sequence[Source]) -> list[Source]:
+    """The first generations of each run, as many as all have, as :func:`~.pooling.cut_to_shortest` cuts."""
+    n = min(map(len, sources))
+    shorter = [source.first(n) for source in sources]
+    histories = [source.history for source in shorter if source.history]
+    same = iter(cut_to_shortest(histories) if histories else [])
+    return [replace(source, history=next(same)) if source.history else source for source in shorter]
 
 
 def read(path: Path) -> Source:

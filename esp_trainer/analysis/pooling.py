@@ -1,0 +1,62 @@
+"""Which runs may be measured together, and how far all of them go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis.history import History
+from esp_trainer.config import RunConfig
+from esp_trainer.run.checkpoint import NO_MATTER
+from predprey_env.settings import flat
+
+_MAY_DIFFER = {"preset", "seed", *NO_MATTER}  # the preset is only a name
+
+
+def check_directories(runs: Sequence[Path]) -> None:
+    """Raise :class:`ValueError` if a directory is given twice."""
+    if len({run.resolve() for run in runs}) < len(runs):
+        raise ValueError(f"runs must be different ones, got {', '.join(map(str, runs))}")
+
+
+def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
+    """Raise :class:`ValueError` unless runs have one config and a seed each: only then are they a sample of one thing.
+
+    How many generations they have, and how often they are saved, may differ.
+    """
+    (first_path, first), *others = runs
+    seeds = {first.seed: first_path}
+    wanted = flat(first.model_dump(exclude=_MAY_DIFFER))
+    for path, config in others:
+        for name, value in flat(config.model_dump(exclude=_MAY_DIFFER)).items():
+            if value != wanted[name]:
+                raise ValueError(
+                    f"runs must differ in nothing but their seeds, got {first_path} with {name}={wanted[name]} and "
+                    f"{path} with {name}={value}"
+                )
+        if config.seed in seeds:
+            raise ValueError(f"runs must have different seeds, got {seeds[config.seed]} and {path} with {config.seed}")
+        seeds[config.seed] = path
+
+
+def cut_to_shortest(histories: Sequence[History]) -> list[History]:
+    """The first generations of each run, as many as all have, with the champions of those that all keep.
+
+    Raises :class:`ValueError` if there is no generation whose champions all runs keep.
+    """
+    n = min(map(len, histories))
+    kept = reduce(np.intersect1d, [history.kept[history.kept < n] for history in histories])
+    if not len(kept):
+        raise ValueError("runs must have champions of the same generations, got none that all of them have")
+    return [history.first(n, kept) for history in histories]
+
+
+def note_on_lengths(lengths: Sequence[int]) -> str | None:
+    """What to tell the reader if runs are cut; None if all are equally long."""
+    least, most = min(lengths), max(lengths)
+    if least == most:
+        return None
+    return f"The runs have {least} to {most} generations: the first {least} of each are measured."
