@@ -27,7 +27,7 @@ class Rate:
 
 def in_points(rating: Rate) -> str:
     """A rating with its interval, in whole points."""
-    return f"{rating.rate:.0f} [{rating.low:.0f}, {rating.high:.0f}]"
+    return f"{rating.rate:z.0f} [{rating.low:z.0f}, {rating.high:z.0f}]"
 
 
 def wilson(successes: int, n: int) -> Rate:

@@ -168,6 +168,21 @@ def decompose(caught: np.ndarray, episodes: int | None = None, scale: Scale = "s
     return _decomposition(ladder, centred - ladder, in_ladder * noise.mean(), in_rest * noise.mean(), values.size)
 
 
+def transitive_share(caught: np.ndarray, episodes: int) -> float:
+    """Share of who beats whom that is a ladder, in [0, 1], by :func:`decompose`.
+
+    nan where nothing can be divided: no difference exceeds chance, or chance cannot be told, as there is one episode a
+    pair or one generation of a side.
+
+    Args:
+        caught: As for :func:`decompose`, ``(G, H)``.
+        episodes: Independent episodes behind each share.
+    """
+    if episodes < 2 or min(caught.shape) < 2:
+        return float("nan")
+    return decompose(caught, episodes).transitive_share
+
+
 def decompose_generations(caught: np.ndarray, episodes: int | None = None, scale: Scale = "shares") -> Decomposition:
     """Generation against generation, each playing both roles: how much of who beats whom is a ladder.
 

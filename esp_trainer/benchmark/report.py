@@ -81,8 +81,8 @@ def _standing(result: Result) -> list[str]:
             for part, (mean, worst) in standing.generalist.items()
         ),
         f"rating     {in_points(standing.rating)} points, number {standing.rank} of {standing.of}",
-        f"gain       {standing.gain:+.3f} from the gauntlet's optimal mixture, beyond the value of its game",
-        f"exploited  {standing.exploited:.3f} below that value by its worst opponent",
+        f"gain       {standing.gain:+z.3f} from the gauntlet's optimal mixture, beyond the value of its game",
+        f"exploited  {standing.exploited:z.3f} below that value by its worst opponent",
     ]
 
 

@@ -14,6 +14,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.pooling import check_directories, check_same_config, cut_to_shortest, note_on_lengths
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import check_place
 from esp_trainer.types import Role
 
 
@@ -24,7 +25,12 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
     if sampled < 3:
         raise ValueError(f"progress takes at least 3 generations, got {sampled}")
     evaluator = FusedEvaluator(histories[0].config.env)
-    names = {run.resolve().name for run in runs}
+    names = [run.resolve().name for run in runs]
+    if len(set(names)) < len(runs):
+        names = [f"{name}-{i}" for i, name in enumerate(names)]
+    if figures:
+        figures.mkdir(parents=True, exist_ok=True)
+        check_place(figures / f"{names[0]}-ciao.png")
     for i, (run, history) in enumerate(zip(runs, histories, strict=True)):
         say(f"playing {run} ...")
         cache = kept_in(run)
@@ -37,7 +43,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
             {role: met_by_others(history, others, role, own, evaluator) for role in history.champions},
         )
         if figures:
-            _draw(figures, f"{run.resolve().name}-{i}" if len(names) < len(runs) else run.resolve().name, history, own)
+            _draw(figures, names[i], history, own)
     if len(runs) == 1:
         print("give runs of other seeds too, to measure progress against opponents that nobody here trained on")
     return 0
@@ -62,15 +68,16 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
         print(f"  progress against those of the other runs   {_progress(against)}")
     dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
     print(f"  dominance tournament   {len(dominant)} dominant: generations {', '.join(map(str, dominant))}")
-    share = games.decompose(caught, own.n_episodes).transitive_share
-    print(f"  who beats whom         {100 * share:.0f}% a ladder, {100 - 100 * share:.0f}% depends on the opponent")
+    share = games.transitive_share(caught, own.n_episodes)
+    ladder = f"{100 * share:.0f}% a ladder, {100 - 100 * share:.0f}% depends on the opponent"
+    print(f"  who beats whom         {'no differences beyond chance' if np.isnan(share) else ladder}")
     game = games.solve(caught)
     exploit = games.exploitability_of_generations(caught)
     print(
-        f"  as a game              value {game.value:.2f}; optimal play mixes {game.support.predators} predator and "
+        f"  as a game              value {game.value:z.2f}; optimal play mixes {game.support.predators} predator and "
         f"{game.support.prey} prey generations"
     )
-    worst = f"predators {exploit.predators[-1]:.2f}, prey {exploit.prey[-1]:.2f}"
+    worst = f"predators {exploit.predators[-1]:z.2f}, prey {exploit.prey[-1]:z.2f}"
     print(f"  the last generation    loses of that, against its worst opponent of the run: {worst}")
     curve = history.curves["caught"]
     if len(curve) >= 2 * phases.MIN_LENGTH:
@@ -82,8 +89,8 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
 
 
 def _progress(both: Sides[Progress]) -> str:
-    predators, prey = both
-    return f"predators {predators.strength:+.2f}, prey {prey.strength:+.2f}; two-sided {progress.two_sided(both):+.2f}"
+    predators, prey, two_sided = both.predators.strength, both.prey.strength, progress.two_sided(both)
+    return f"predators {predators:+z.2f}, prey {prey:+z.2f}; two-sided {two_sided:+z.2f}"
 
 
 def _draw(place: Path, name: str, history: History, own: CrossPlay) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from esp_trainer.analysis.behaviours.counts import over_chance
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.analysis.watch import watch
@@ -29,14 +28,13 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
         say(f"watching {run} ...")
         found.append(watch(history, evaluator, shown, n_episodes=episodes))
     names = list(found[0])
-    rates = np.array([[[(r.rate, r.null) for r in rows[name]] for name in names] for rows in found])
+    rates = np.array([[[(r.rate, r.null, r.excess) for r in rows[name]] for name in names] for rows in found])
     if table:
         _write(table, runs, shown, names, rates)
     columns = np.unique(np.linspace(0, len(shown) - 1, _COLUMNS).round().astype(int))
     print(f"{episodes} episodes a generation, champion against champion; rate minus rate by chance, in per cent")
     print(f"{'generation':22}" + "".join(f"{shown[column]:>8}" for column in columns))
-    excesses = over_chance(rates[..., 0], rates[..., 1])
-    for name, excess in zip(names, np.moveaxis(100 * excesses, 1, 0), strict=True):
+    for name, excess in zip(names, np.moveaxis(100 * rates[..., 2], 1, 0), strict=True):
         cells = "".join(f"{_cell(excess[:, column]):>8}" for column in columns)
         print(f"{name:22}{cells}")
     print("idling and parity idle are plain rates: nothing in them is between predators and prey")
@@ -61,7 +59,7 @@ def _write(path: Path, runs: list[Path], generations: np.ndarray, names: list[st
     for run, of_run in zip(runs, rates, strict=True):
         for name, of_name in zip(names, of_run, strict=True):
             meaning = BEHAVIOURS[name].meaning if name in BEHAVIOURS else "predators keep to a role"
-            for generation, (rate, null) in zip(generations, of_name, strict=True):
+            for generation, (rate, null, _) in zip(generations, of_name, strict=True):
                 lines.append([run, generation, name, f"{rate:.6g}", f"{null:.6g}", meaning])
     write_table(path, lines)
     print(f"every generation is in {path}")

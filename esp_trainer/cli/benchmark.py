@@ -15,6 +15,7 @@ from esp_trainer.benchmark.match import PolicyError
 from esp_trainer.benchmark.report import Result, save, table
 from esp_trainer.benchmark.specs import Candidate, load_candidate
 from esp_trainer.cli.analysis import say
+from esp_trainer.files import check_place
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import load_zoo
 from esp_trainer.types import Role
@@ -33,14 +34,16 @@ class Settings:
 
 def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None, leaderboard: Path | None) -> int:
     """Play the gauntlet, print the table, and keep it; what was played is kept also where a policy fails midway."""
-    if leaderboard:
-        read(leaderboard)  # better now than after all the playing
+    if leaderboard:  # better now than after all the playing
+        read(leaderboard)
+        check_place(leaderboard)
     env = TASKS[settings.task]
     candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
     if candidate.caution:
         say(f"caution: {candidate.caution}")
     place = out or Path("benchmarks") / re.sub(r"[^\w.-]+", "-", f"{name}-{settings.role}-{settings.task}")
     place.mkdir(parents=True, exist_ok=True)  # better now, too
+    check_place(place / "results.json")
     gauntlet = Gauntlet(load_zoo(settings.task), env, settings.role, settings.episodes, settings.seed)
     rows: list[Row] = []
     try:

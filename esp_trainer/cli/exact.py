@@ -54,7 +54,7 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
     _tell_heads(found.optimal_by_even)
     _tell("when both sides play optimally", found.optimal, found.optimal_by_even)
     _tell("against the best response to this policy", found.exploited, found.exploited_by_even)
-    print(f"exploitability: {found.loss:.3f} of the prey")
+    print(f"exploitability: {found.loss:z.3f} of the prey")
     return 0
 
 

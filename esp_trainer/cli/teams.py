@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import compress
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -18,7 +18,7 @@ from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import Player, match
 from esp_trainer.exact.solution import Solution
 from esp_trainer.exact.team import OptimalTeam
-from esp_trainer.files import DamagedFileError
+from esp_trainer.files import DamagedFileError, check_place
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate, in_points
 from esp_trainer.teams.zoo import known_teams, load_team
@@ -64,7 +64,7 @@ def show(path: str) -> int:
         f"({team.side.controller}), {_shapes(controller)}, {team.side.output} outputs"
     )
     n_genes = len(team.genomes) * controller.n_hidden * sum(controller.used_genes)
-    print(f"  genes       {n_genes}, from {team.genomes.min():.2f} to {team.genomes.max():.2f}")
+    print(f"  genes       {n_genes}, from {team.genomes.min():z.2f} to {team.genomes.max():z.2f}")
     if "preset" in origin:
         print(f"  from        {origin['preset']}, seed {origin.get('seed')}, generation {origin.get('generation')}")
     changed = _changes(origin)
@@ -105,8 +105,10 @@ def _changes(origin: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Iterable[Path]) -> int:
+def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path]) -> int:
     """Play one episode as text, or into files that move."""
+    for video in videos:
+        check_place(video)
     players, env = _pair(team, against)
     policies = {role: _policy(player, role, env) for role, player in players.items()}
     if steps.stop <= steps.start:
@@ -115,7 +117,7 @@ def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: I
     shown = [steps.start <= time < steps.stop for time in episode.times]
     if not any(shown):
         raise ValueError(f"the episode ends at step {episode.times[-1]:.0f}, before --from {steps.start}")
-    if not any(videos):
+    if not videos:
         _print(compress(as_text(episode), shown), fps)
         return 0
     for video in videos:

@@ -103,7 +103,7 @@ def _measure(source: Source, others: list[History], evaluator: FusedEvaluator, s
         return Measured(source, phases=found, alternation=alternation)
     sampled, each, cache = settings.generations, settings.episodes, kept_in(source.path)
     own = own_cross_play(history, evaluator, n_generations=sampled, n_episodes=each, cache=cache)
-    both = len(history.champions) == 2 and len(history) > 1
+    both = len(history.champions) == 2 and min(own.caught.shape) > 1
     met = {role: met_by_others(history, others, role, own, evaluator) for role in history.champions} if both else {}
     return Measured(
         source,
@@ -123,7 +123,7 @@ def _watch(history: History, evaluator: FusedEvaluator, generations: np.ndarray)
         trace, paths = episodes(history, evaluator, generation)
         for name, rate in count_behaviours(paths, stream(0, "null", generation)).items():
             rates.setdefault(name, []).append(rate)
-        asked = [name for name in SHOWN if not np.isnan(rates[name][-1].rate)]
+        asked = [name for name in SHOWN if not np.isnan(rates[name][-1].excess)]
         best = {name: best_moment(name, trace, paths) for name in asked if rates[name][-1].rate > 0}
         moments.append({name: moment for name, moment in best.items() if moment})
     return Watched(generations, rates, moments)

@@ -33,8 +33,8 @@ def _of_phase(number: int, watched: Watched, i: int, phase: Phase) -> dict[str, 
     seen = [name for name in SHOWN if any(name in watched.moments[at] for at in np.flatnonzero(inside))]
     if not seen:
         return None
-    often = {name: float(watched.excess(name)[inside].mean()) for name in seen}
-    apart = {name: often[name] - float(watched.excess(name).mean()) for name in seen}
+    often = {name: float(np.nanmean(watched.excess(name)[inside])) for name in seen}
+    apart = {name: often[name] - float(np.nanmean(watched.excess(name))) for name in seen}
     name = max(seen, key=lambda name: apart[name])
     marked = apart[name] >= SEEN
     if not marked:
@@ -44,8 +44,8 @@ def _of_phase(number: int, watched: Watched, i: int, phase: Phase) -> dict[str, 
     title = f"Phase {i + 1}: generations {phase.start} to {phase.end - 1}"
     what = f"What sets it apart most is {name}" if marked else f"Nothing sets it apart; most often it is {name}"
     text = (
-        f"{phase.mean:.2f} of the prey caught. {what}: in {100 * often[name]:.0f}% of its episodes beyond chance, "
-        f"{100 * excess.mean():.0f}% in the whole run."
+        f"{phase.mean:.2f} of the prey caught. {what}: in {100 * often[name]:z.0f}% of its episodes beyond chance, "
+        f"{100 * np.nanmean(excess):z.0f}% in the whole run."
     )
     return {"title": title, "text": text, **_moment(number, watched, int(at), name)}
 

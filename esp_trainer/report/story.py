@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from esp_trainer.analysis.games import Sides, decompose
+from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
 from esp_trainer.report.measure import SHOWN, Measured, appeared
@@ -110,8 +110,8 @@ def _corners(runs: Sequence[Measured]) -> str:
 
 
 def _circles(runs: Sequence[Measured]) -> str:
-    played = [run.own for run in runs if run.own and run.progress and min(run.own.caught.shape) > 1]
-    shares = [1 - decompose(own.caught, own.n_episodes).transitive_share for own in played]
+    played = [run.own for run in runs if run.own and run.progress]
+    shares = [1 - transitive_share(own.caught, own.n_episodes) for own in played]
     known = [share for share in shares if not np.isnan(share)]
     if not known:
         return ""

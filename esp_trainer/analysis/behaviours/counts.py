@@ -23,15 +23,19 @@ class BehaviourRate:
     """Mean over episodes."""
 
     null: float
-    """The same where nobody reacts to anybody (:func:`.null.repaired`); nan of what one agent does alone."""
+    """The same where nobody reacts to anybody (:func:`.null.repaired`); nan of what one agent does alone, and of too
+    few episodes to exchange their prey."""
 
     n: int
     """Episodes that the rate is a mean of; of specialisation, predators with a role."""
 
+    alone: bool = False
+    """Whether one agent does it alone, so that chance has no meaning."""
+
     @property
     def excess(self) -> float:
-        """What is reported: see :func:`over_chance`."""
-        return float(over_chance(np.array(self.rate), np.array(self.null)))
+        """What is reported: the rate less that by chance, nan if it is not known; of what is done alone, the rate."""
+        return self.rate if self.alone else self.rate - self.null
 
 
 def over_chance(rate: np.ndarray, null: np.ndarray) -> np.ndarray:
@@ -56,7 +60,8 @@ def count_behaviours(
     for name, detector in BEHAVIOURS.items():
         seen = detector(paths, thresholds)
         chance = np.concatenate([detector(null, thresholds) for null in nulls]) if detector.of_interaction else seen[:0]
-        rates[name] = BehaviourRate(_mean(seen), _mean(chance), int((~np.isnan(seen)).sum()))
+        n = int((~np.isnan(seen)).sum())
+        rates[name] = BehaviourRate(_mean(seen), _mean(chance), n, alone=not detector.of_interaction)
     roles = main_roles(paths, thresholds)
     shuffled = [specialisation(generator.permuted(roles, axis=1)) for _ in range(_SHUFFLES)]
     rates["specialisation"] = BehaviourRate(
