@@ -9,6 +9,14 @@ import numpy as np
 
 from predprey_env.config import TEAMS, TeamName
 
+
+class PolicyError(ValueError):
+    """A policy that cannot play, or stopped playing; in one line, whatever its own error said."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.split()))
+
+
 Role: TypeAlias = TeamName
 ROLES = TEAMS
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.types import PolicyError
 from predprey_env.actions import brief
 from predprey_env.config import TeamShape
 
@@ -93,7 +94,7 @@ class SB3Policy(WeighingPolicy):
         """Those of a policy that has a distribution over actions, as PPO's and A2C's."""
         policy = self._model.policy
         if not hasattr(policy, "get_distribution"):
-            raise ValueError(f"{type(self._model).__name__} does not say the chances of its actions")
+            raise PolicyError(f"{type(self._model).__name__} does not say the chances of its actions")
         import torch
 
         with torch.no_grad():
@@ -137,7 +138,7 @@ class TorchPolicy(WeighingPolicy):
         """Those that its preferences say."""
         found = self._ask(rows)
         if found.ndim == 1:
-            raise ValueError("the module does not say the chances of its actions: it returns actions")
+            raise PolicyError("the module does not say the chances of its actions: it returns actions")
         return np.asarray(found.softmax(1).numpy())
 
     def _ask(self, rows: np.ndarray) -> Any:

@@ -77,7 +77,7 @@ class Gauntlet:
         self._arena = Arena(env, n_episodes, seed)
 
     def play(self, candidate: Player) -> Iterator[Row]:
-        """Each meeting in turn; :class:`~.match.PolicyError` where the candidate fails."""
+        """Each meeting in turn; :class:`~esp_trainer.types.PolicyError` where the candidate fails."""
         for name in self.opponents:
             yield self._row(name, self._arena.meet(candidate, self.role, _opponent(name, other_team(self.role))))
 

@@ -12,7 +12,7 @@ from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.match import Player as Ours
 from esp_trainer.seeding import stream
-from esp_trainer.types import Role, ScriptedTeams, TrialBatch
+from esp_trainer.types import PolicyError, Role, ScriptedTeams, TrialBatch
 from predprey_env.config import EnvConfig
 from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.outside import OutsideTeam
@@ -21,13 +21,6 @@ from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import Opponent
 
 Player: TypeAlias = Ours | Policy
-
-
-class PolicyError(ValueError):
-    """A candidate that cannot play, or stopped playing; in one line, whatever its own error said."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__(" ".join(message.split()))
 
 
 @dataclass(frozen=True)

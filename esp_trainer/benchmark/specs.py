@@ -25,11 +25,11 @@ from types import ModuleType
 from typing import Any
 
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
-from esp_trainer.benchmark.match import Player, PolicyError
+from esp_trainer.benchmark.match import Player
 from esp_trainer.esp.team import Team
 from esp_trainer.files import digest_of
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
-from esp_trainer.types import Role, ScriptedTeams
+from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.config import EnvConfig, TeamShape
 from predprey_env.policies import SCRIPTS
 from predprey_env.policies.names import other_team
@@ -129,6 +129,8 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
         player = as_policy(policy, role, env)
     except ValueError as error:
         raise PolicyError(str(error).replace("opponent must be the name of a script,", f"{spec} must be")) from error
+    except (Exception, SystemExit) as error:  # of its own method compiled()
+        raise PolicyError(f"{spec} cannot play: {_line(error)}") from error
     where = getattr(source, "__file__", None)
     return Candidate(spec, player, digest_of(Path(where)) if where else "", f"{module} was imported")
 
@@ -151,6 +153,8 @@ def _attribute(module: ModuleType, name: str) -> Any:
         return getattr(module, name)
     except AttributeError:
         raise PolicyError(f"{module.__name__} has no {name}") from None
+    except (Exception, SystemExit) as error:  # of a module's own __getattr__
+        raise PolicyError(f"{module.__name__}:{name} cannot be read: {_line(error)}") from error
 
 
 def _call(make: Any, name: str) -> Any:

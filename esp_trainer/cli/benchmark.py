@@ -11,14 +11,13 @@ from tqdm import tqdm
 
 from esp_trainer.benchmark.gauntlet import Gauntlet, Row
 from esp_trainer.benchmark.leaderboard import append, read
-from esp_trainer.benchmark.match import PolicyError
 from esp_trainer.benchmark.report import Result, save, table
 from esp_trainer.benchmark.specs import Candidate, load_candidate
 from esp_trainer.cli.analysis import say
 from esp_trainer.files import check_place
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import load_zoo
-from esp_trainer.types import Role
+from esp_trainer.types import PolicyError, Role
 
 
 @dataclass(frozen=True)

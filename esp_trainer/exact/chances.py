@@ -17,13 +17,16 @@ import numpy as np
 from esp_trainer.esp.network import Networks, accumulate, agent_votes, most_votes
 from esp_trainer.esp.team import Team
 from esp_trainer.exact.states import n_keys, read_key
-from esp_trainer.types import Role, ScriptedTeams
+from esp_trainer.types import PolicyError, Role, ScriptedTeams
+from predprey_env.actions import brief
 from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig, Rules
 from predprey_env.dynamics import World
 from predprey_env.observation import observe
+from predprey_env.outside import OutsideTeam
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.names import PREFIXES
+from predprey_env.policies.opponents import ask
 from predprey_env.policies.protocol import MEMORY
 from predprey_env.policies.scripted import Script, follow
 
@@ -81,7 +84,8 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
     A policy must do in a position what it always does there, or say its chances by a method
     ``chances(observations) -> {agent: chances}``, or ``chances_batch`` of many positions, from float32
     ``(n, n_agents, n_seen)`` to ``(n, n_agents, n_actions)``; an attribute ``drawn`` that is false says that it takes
-    the most likely nevertheless. What remembers or draws otherwise is a :class:`ValueError`.
+    the most likely nevertheless. What remembers or draws otherwise, raises, or answers anything else is a
+    :class:`~esp_trainer.types.PolicyError`, in one line.
 
     Args:
         policy: Meets the policy protocol.
@@ -90,22 +94,45 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
     """
     seen, n_actions = views(config, role), config.team(role).n_actions
     if hasattr(policy, "chances_batch") and getattr(policy, "drawn", True):
-        found = [_shaped(policy.chances_batch(part), (*part.shape[:2], n_actions)) for part in _parts(seen)]
-        return _checked(np.concatenate(found), n_actions)
+        parts = [(_call(policy, "chances_batch", part.copy()), (*part.shape[:2], n_actions)) for part in _parts(seen)]
+        return _checked(np.concatenate([_shaped(*part) for part in parts]), n_actions)
     if hasattr(policy, "chances"):
-        return _checked([_listed(policy.chances(_named(state, role)), state, role) for state in seen], n_actions)
-
-    def ask(states: np.ndarray) -> np.ndarray:
-        policy.reset(0)
-        if hasattr(policy, "act_batch"):
-            return np.concatenate([_shaped(policy.act_batch(part), part.shape[:2]) for part in _parts(states)])
-        return np.array([_listed(policy.act(_named(state, role)), state, role) for state in states])
-
-    actions = ask(seen)
+        found = [_listed(_call(policy, "chances", _named(state, role)), state, role) for state in seen]
+        return _checked(found, n_actions)
+    actions = _actions(policy, seen, role, config)
     again = np.random.default_rng(0).choice(len(seen), min(_ASKED_AGAIN, len(seen)), replace=False)
-    if (ask(seen[again]) != actions[again]).any():
-        raise ValueError("the policy does not always do the same in a position: it remembers, or draws its actions")
+    if (_actions(policy, seen[again], role, config) != actions[again]).any():
+        raise PolicyError("the policy does not always do the same in a position: it remembers, or draws its actions")
     return _certain(actions, n_actions)
+
+
+def _call(policy: Any, method: str, *arguments: Any) -> Any:
+    """What a method of the policy returns; :class:`PolicyError` from whatever it raises."""
+    try:
+        return getattr(policy, method)(*arguments)
+    except PolicyError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise PolicyError(f"the policy's {method}() raised {type(error).__name__}: {error}") from error
+
+
+def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+    """What the policy does in some states, int ``(n_states, n_agents)``: asked and checked as in a match."""
+    _call(policy, "reset", 0)
+    try:
+        if hasattr(policy, "act_batch"):
+            return np.concatenate([_batch_actions(policy, part, role, config) for part in _parts(states)])
+        n_actions = config.team(role).n_actions
+        asked = (ask(policy, _named(state, role), n_actions, "the policy's") for state in states)
+        return np.array([list(actions.values()) for actions in asked])
+    except (RuntimeError, ValueError) as error:
+        raise PolicyError(str(error)) from error
+
+
+def _batch_actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+    team = OutsideTeam(policy, config, role, len(states), whose="the policy's")
+    team.views[:] = states
+    return team.act(np.ones(len(states), np.bool_))
 
 
 def _parts(states: np.ndarray) -> list[np.ndarray]:
@@ -114,21 +141,24 @@ def _parts(states: np.ndarray) -> list[np.ndarray]:
 
 
 def _shaped(answer: Any, expected: tuple[int, ...]) -> np.ndarray:
-    found = np.asarray(answer)
+    try:
+        found = np.asarray(answer)
+    except ValueError:  # rows of different lengths
+        found = np.empty(0)
     if found.shape != expected:
-        raise ValueError(f"the policy must answer with an array of shape {expected}, got {found.shape}")
+        raise PolicyError(f"the policy must answer with an array of shape {expected}, got {brief(answer)}")
     return found
 
 
 def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
-    return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state)}
+    return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state.copy())}
 
 
 def _listed(answers: Any, state: np.ndarray, role: Role) -> list[Any]:
     """The answers for a team's agents, in their order."""
     agents = [f"{PREFIXES[role]}{i}" for i in range(len(state))]
     if not isinstance(answers, Mapping) or not set(agents) <= set(answers):
-        raise ValueError(f"the policy must answer for {', '.join(agents)}, got {answers!r}")
+        raise PolicyError(f"the policy must answer for {', '.join(agents)}, got {brief(answers)}")
     return [answers[agent] for agent in agents]
 
 
@@ -138,17 +168,14 @@ def _checked(answers: Any, n_actions: int) -> np.ndarray:
     except (ValueError, TypeError):
         found = np.empty(0)
     if found.ndim != 3 or found.shape[2] != n_actions:
-        raise ValueError(f"chances must be {n_actions} numbers for each agent, got {answers[0]!r}")
+        odd = next((each for each in answers if np.shape(each) != (len(answers[0]), n_actions)), answers[0])
+        raise PolicyError(f"chances must be {n_actions} numbers for each agent, got {brief(odd)}")
     if not (found >= 0).all() or not np.allclose(found.sum(axis=2), 1, atol=1e-6):
-        raise ValueError("chances must be at least 0 and add up to 1")
+        raise PolicyError("chances must be at least 0 and add up to 1")
     return found
 
 
 def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
-    if not np.issubdtype(actions.dtype, np.integer):
-        raise ValueError(f"actions must be whole numbers, got {actions.ravel()[0]!r}")
-    if actions.min() < 0 or actions.max() >= n_actions:
-        raise ValueError(f"actions must lie in [0, {n_actions}), got {actions.min()} to {actions.max()}")
     return np.asarray(np.eye(n_actions)[actions])
 
 
@@ -190,7 +217,7 @@ def _(policy: ScriptedTeam, role: Role, config: EnvConfig) -> np.ndarray:
         return np.full(shape, 1 / script.n_actions)
     actions, memory = np.zeros(shape[:2], np.int64), np.zeros(MEMORY, np.int32)
     if not _script_actions(script, seen, actions, memory):
-        raise ValueError(f"{policy.script} remembers, so that what it does does not follow from the position")
+        raise PolicyError(f"{policy.script} remembers, so that what it does does not follow from the position")
     return _certain(actions, script.n_actions)
 
 

@@ -20,11 +20,11 @@ from torch import nn
 
 from esp_trainer import Team
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
-from esp_trainer.benchmark.match import Arena, PolicyError
+from esp_trainer.benchmark.match import Arena
 from esp_trainer.benchmark.specs import load_candidate
 from esp_trainer.cli import main
 from esp_trainer.tasks import TASKS
-from esp_trainer.types import ScriptedTeams
+from esp_trainer.types import PolicyError, ScriptedTeams
 from predprey_env import vector_env
 from predprey_env.sb3 import SB3VecEnv
 

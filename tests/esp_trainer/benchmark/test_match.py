@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from esp_trainer import load_team
-from esp_trainer.benchmark.match import Arena, Meeting, PolicyError
+from esp_trainer.benchmark.match import Arena, Meeting
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
-from esp_trainer.types import ROLES, Role, ScriptedTeams
+from esp_trainer.types import ROLES, PolicyError, Role, ScriptedTeams
 from predprey_env import EnvConfig
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 from predprey_env.policies.names import other_team

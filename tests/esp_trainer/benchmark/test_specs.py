@@ -15,11 +15,10 @@ import pytest
 
 from esp_trainer import Team, load_team
 from esp_trainer.benchmark.batched import TorchPolicy
-from esp_trainer.benchmark.match import PolicyError
 from esp_trainer.benchmark.specs import load_candidate
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
-from esp_trainer.types import ScriptedTeams
+from esp_trainer.types import PolicyError, ScriptedTeams
 
 ENV = TASKS["3v2"]
 PREDATORS = next(name for name, t in known_teams().items() if (t.task, t.role) == ("3v2", "predators"))

@@ -15,7 +15,7 @@ from esp_trainer.esp.team import Team, pick
 from esp_trainer.exact.chances import chances, survivors, views
 from esp_trainer.exact.response import best_response, exploitability
 from esp_trainer.exact.solution import solve
-from esp_trainer.types import ROLES, Role, ScriptedTeams
+from esp_trainer.types import ROLES, PolicyError, Role, ScriptedTeams
 from predprey_env import predprey_v0
 from predprey_env.config import EnvConfig
 from predprey_env.policies import ScriptedTeam
@@ -201,7 +201,7 @@ def test_scripts_do_in_every_state_what_they_do_in_the_environment() -> None:
         actions = script.act({f"predator_{i}": seen[key, i] for i in range(3)})
         assert found[key].argmax(axis=1).tolist() == list(actions.values())
     assert (chances(ScriptedTeams("random"), "prey", config) == 0.25).all()
-    with pytest.raises(ValueError, match="run_straight remembers"):
+    with pytest.raises(PolicyError, match="run_straight remembers"):
         chances(ScriptedTeams("run_straight"), "prey", config)
 
 
@@ -225,7 +225,7 @@ class Frank(Moody):
 
 def test_a_policy_that_is_not_of_one_mind_must_say_its_chances() -> None:
     config = EnvConfig(size=3, n_prey=1)
-    with pytest.raises(ValueError, match="the policy does not always do the same in a position"):
+    with pytest.raises(PolicyError, match="the policy does not always do the same in a position"):
         chances(Moody(), "prey", config)
     assert (chances(Frank(), "prey", config) == 0.25).all()
 
@@ -245,17 +245,17 @@ def test_chances_that_are_none_are_refused(answer: Any, says: str) -> None:
         def chances(self, observations: dict[str, np.ndarray]) -> dict[str, Any]:
             return dict.fromkeys(observations, answer)
 
-    with pytest.raises(ValueError, match=says):
+    with pytest.raises(PolicyError, match=says):
         chances(Odd(), "prey", EnvConfig(size=3, n_prey=1))
 
 
 @pytest.mark.parametrize(
     ("answer", "says"),
     [
-        (None, "the policy must answer for prey_0, got None"),
-        ({}, "the policy must answer for prey_0, got {}"),
-        ({"prey_0": 0.5}, "actions must be whole numbers, got"),
-        ({"prey_0": 9}, r"actions must lie in \[0, 4\), got 9 to 9"),
+        (None, r"^the policy's act\(\) must return a mapping from agents to actions, got None$"),
+        ({}, r"^the policy's act\(\) must return an action for each agent: an action for prey_0 is missing"),
+        ({"prey_0": 0.5}, r"^the policy's act\(\) must return .*: the action of prey_0 must be an integer, got 0.5$"),
+        ({"prey_0": 9}, r"^the policy's act\(\) must return .*: the action of prey_0 must be in 0..3, got 9$"),
     ],
 )
 def test_actions_that_are_none_are_refused(answer: Any, says: str) -> None:
@@ -263,7 +263,7 @@ def test_actions_that_are_none_are_refused(answer: Any, says: str) -> None:
         def act(self, observations: dict[str, np.ndarray]) -> Any:
             return answer
 
-    with pytest.raises(ValueError, match=says):
+    with pytest.raises(PolicyError, match=says):
         chances(Odd(), "prey", EnvConfig(size=3, n_prey=1))
 
 
@@ -285,7 +285,11 @@ def test_chances_of_many_positions_are_asked_for_at_once() -> None:
 def test_answers_about_many_positions_must_have_their_shape(method: str, shape: tuple[int, ...]) -> None:
     policy = Moody()
     setattr(policy, method, lambda _: np.full(shape, 0.25 if method == "chances_batch" else 0))
-    with pytest.raises(ValueError, match=r"the policy must answer with an array of shape \(729, 1.*, got"):
+    answers = {
+        "chances_batch": r"^the policy must answer with an array of shape \(729, 1, 4\), got array\(",
+        "act_batch": r"^the policy's act_batch\(\) must return integers of shape \(729, 1\), got int64 of shape",
+    }
+    with pytest.raises(PolicyError, match=answers[method]):
         chances(policy, "prey", EnvConfig(size=3, n_prey=1))
 
 
@@ -300,5 +304,5 @@ def test_a_policy_that_does_not_draw_is_asked_what_it_does() -> None:
             self.asked += 1
             return np.full(observations.shape[:2], self.asked % 4)
 
-    with pytest.raises(ValueError, match="the policy does not always do the same in a position"):
+    with pytest.raises(PolicyError, match="the policy does not always do the same in a position"):
         chances(Certain(), "prey", EnvConfig(size=3, n_prey=1))
