@@ -19,6 +19,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -46,6 +47,8 @@ class Candidate:
     """SHA-256 of the file that it is in; of a script its name."""
     caution: str = ""
     """What loading it may have executed."""
+    elsewhere: str = ""
+    """How the world that it evolved in differs from the one that it is measured in."""
 
 
 def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False) -> Candidate:
@@ -71,9 +74,9 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
     if spec in SCRIPTS[role]:
         return Candidate(spec, ScriptedTeams(spec), spec)
     if spec in known and not Path(spec).exists():
-        return Candidate(spec, _fitting(load_team(spec), role, env), known[spec].digest)
+        return _evolved(spec, load_team(spec), known[spec].digest, role, env)
     if spec.endswith(".safetensors") or Path(spec).is_file():
-        return Candidate(spec, _fitting(Team.load(spec), role, env), digest_of(Path(spec)))
+        return _evolved(spec, Team.load(spec), digest_of(Path(spec)), role, env)
     if rest:
         return _imported(spec, kind, rest, role, env)
     if spec in SCRIPTS[other_team(role)]:
@@ -81,9 +84,14 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
     raise PolicyError(unknown("policy", spec, [*SCRIPTS[role], *known]))
 
 
-def _fitting(team: Team, role: Role, env: EnvConfig) -> Team:
+def _evolved(spec: str, team: Team, digest: str, role: Role, env: EnvConfig) -> Candidate:
     team.check_fits(role, env)
-    return team
+    own, here = team.provenance.get("env"), env.model_dump()
+    told = own if isinstance(own, Mapping) else {}
+    differ = [name for name in _OF_PLAY if name in told and told[name] != here[name]]
+    there, now = (", ".join(f"{name}={world[name]}" for name in differ) for world in (told, here))
+    elsewhere = f"{spec} evolved in another world, with {there}; it is measured in one with {now}" if differ else ""
+    return Candidate(spec, team, digest, elsewhere=elsewhere)
 
 
 def _sb3(spec: str, rest: str, shape: TeamShape, drawn: bool) -> Candidate:
@@ -135,6 +143,8 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
     return Candidate(spec, player, digest_of(Path(where)) if where else "", f"{module} was imported")
 
 
+_OF_PLAY = ("size", "max_cycles", "move_order", "swap_captures", "captured_prey", "start_collisions")
+"""Fields of a world that change play, beside those that a team must fit."""
 _KINDS = {"sb3": _sb3, "torch": _torch}
 
 

@@ -38,8 +38,7 @@ def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None,
         check_place(leaderboard)
     env = TASKS[settings.task]
     candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
-    if candidate.caution:
-        say(f"caution: {candidate.caution}")
+    tell_about(candidate)
     place = out or Path("benchmarks") / re.sub(r"[^\w.-]+", "-", f"{name}-{settings.role}-{settings.task}")
     place.mkdir(parents=True, exist_ok=True)  # better now, too
     check_place(place / "results.json")
@@ -64,6 +63,14 @@ def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None,
         print(f"on the leaderboard: {leaderboard}")
     sys.stdout.flush()
     return 0
+
+
+def tell_about(candidate: Candidate) -> None:
+    """Say what one must know of a candidate before it is measured."""
+    if candidate.caution:
+        say(f"caution: {candidate.caution}")
+    if candidate.elsewhere:
+        say(f"note: {candidate.elsewhere}")
 
 
 def _result(candidate: Candidate, name: str, settings: Settings, gauntlet: Gauntlet, rows: list[Row]) -> Result:

@@ -9,7 +9,10 @@ import numpy as np
 from tqdm import tqdm
 
 from esp_trainer.benchmark.specs import load_candidate
-from esp_trainer.exact.chances import chances
+from esp_trainer.cli.analysis import say
+from esp_trainer.cli.benchmark import tell_about
+from esp_trainer.exact.chances import chances, survivors
+from esp_trainer.exact.duration import seconds_to_answer, seconds_to_solve
 from esp_trainer.exact.response import best_responses, measured, memory_for_response
 from esp_trainer.exact.solution import Solution, by_parity, check_memory, memory_needed
 from esp_trainer.exact.solution import solve as solve_game
@@ -17,6 +20,7 @@ from esp_trainer.files import check_place
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig
 
+_UNITS: tuple[tuple[str, int], ...] = (("days", 86400), ("hours", 3600), ("minutes", 60))
 _WIDTH = 9
 
 
@@ -25,7 +29,8 @@ def solve(config: EnvConfig, out: Path | None) -> int:
     if out:
         check_place(out)
     horizon = config.max_cycles
-    _promise(memory_needed(config, horizon))
+    _promise_memory(memory_needed(config, horizon))
+    _promise_time(seconds_to_solve(config, horizon))
     solution = _solved(config)
     print(f"{_words(config)}, both sides playing optimally: the share of prey caught")
     _tell_heads(by_parity(solution, horizon)[1])
@@ -41,9 +46,12 @@ def solve(config: EnvConfig, out: Path | None) -> int:
 def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> int:
     """Solve the game, answer the policy optimally, and say what it loses."""
     horizon = config.max_cycles
-    player = load_candidate(spec, role, config, drawn=drawn).player
-    _promise(memory_needed(config, horizon) + memory_for_response(config, role))
-    fixed = chances(player, role, config)  # first, as it may turn out that it cannot be asked
+    candidate = load_candidate(spec, role, config, drawn=drawn)
+    tell_about(candidate)
+    _promise_memory(memory_needed(config, horizon) + memory_for_response(config, role))
+    say(f"asking the policy in {survivors(config)[-1].keys.stop:,} positions ...")
+    fixed = chances(candidate.player, role, config)  # first, as it may turn out that it cannot be asked
+    _promise_time(seconds_to_solve(config, horizon) + seconds_to_answer(fixed, role, config, horizon))
     solution = _solved(config)
     with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="answering the policy") as bar:
         values = np.empty(0)
@@ -58,10 +66,16 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
     return 0
 
 
-def _promise(needed: int) -> None:
+def _promise_memory(needed: int) -> None:
     """Say how much memory it takes, or that it is not there."""
     check_memory(needed)
-    print(f"some {needed / 1e6:,.0f} MB of memory are needed", file=sys.stderr)
+    say(f"some {max(1, needed / 1e6):,.0f} MB of memory are needed")
+
+
+def _promise_time(seconds: float) -> None:
+    """Say about how long it takes: an estimate, which a busy machine exceeds."""
+    unit, length = next((each for each in _UNITS if seconds >= 2 * each[1]), ("s", 1))
+    say(f"about {max(1, seconds / length):,.0f} {unit} are needed on an idle machine, going by a sample of positions")
 
 
 def _solved(config: EnvConfig) -> Solution:

@@ -81,32 +81,36 @@ def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: 
     Yields:
         float64 ``(n_keys,)``. What states with a predator in a prey's cell hold means nothing.
     """
-    turns, parts = turns_of(config), _parts_of(config)
+    turns, parts = turns_of(config), parts_of(config)
     later, now = np.zeros((2, len(chances)))
     still = np.ones((*chances.shape[:2], 1)) if len(turns) > 1 else chances  # of who does not move in a turn
     with ThreadPoolExecutor(cores()) as pool:
         for _ in range(horizon):
             for moves in reversed(turns):
-                moving = (moves.cell.shape[1] if role == "predators" else moves.cell.shape[2]) > 1
-                fixed = chances if moving else still
+                fixed = chances if is_moving(role, moves) else still
 
                 def answer(
-                    part: tuple[_Game, slice],
+                    part: tuple[Game, slice],
                     moves: Moves = moves,
                     fixed: np.ndarray = fixed,
                     later: np.ndarray = later,
                     now: np.ndarray = now,
                 ) -> None:
                     game, keys = part
-                    room = _make_room(game, moves, role)
-                    _answer(game, moves, fixed[keys], role == "predators", later, now[keys], keys.start, room)
+                    room = make_room(game, moves, role)
+                    best_answers(game, moves, fixed[keys], role == "predators", later, now[keys], keys.start, room)
 
                 list(pool.map(answer, parts))
                 later, now = now, later
             yield later[survivors(config)[-1].keys].copy()
 
 
-class _Game(NamedTuple):
+def is_moving(role: Role, moves: Moves) -> bool:
+    """Whether it is a side's turn: else it has one action."""
+    return bool(moves.cell.shape[1 if role == "predators" else 2] > 1)
+
+
+class Game(NamedTuple):
     """The part of the game in which certain prey are left."""
 
     n_predators: int
@@ -116,7 +120,7 @@ class _Game(NamedTuple):
     """Where the states begin in which some of them are free, by the bits that say which: int64 ``(2 ** n_prey,)``."""
 
 
-def _parts_of(config: EnvConfig) -> list[tuple[_Game, slice]]:
+def parts_of(config: EnvConfig) -> list[tuple[Game, slice]]:
     """All states, in portions with the same prey left."""
     found, games = [], survivors(config)
     for prey, keys in games:
@@ -124,12 +128,14 @@ def _parts_of(config: EnvConfig) -> list[tuple[_Game, slice]]:
         for others, theirs in games:
             if set(others) <= set(prey):
                 begins[sum(1 << prey.index(each) for each in others)] = theirs.start
-        game = _Game(config.n_predators, np.array(prey), begins)
+        game = Game(config.n_predators, np.array(prey), begins)
         found += [(game, slice(first, min(first + _PART, keys.stop))) for first in range(keys.start, keys.stop, _PART)]
     return found
 
 
-class _Room(NamedTuple):
+class Room(NamedTuple):
+    """What the answers in a position are worked out in."""
+
     cells: Any
     seen: Any
     actions: Any
@@ -141,14 +147,14 @@ class _Room(NamedTuple):
     """What the latter lead to: float64 ``(n_joint,)``."""
 
 
-def _make_room(game: _Game, moves: Moves, role: Role) -> _Room:
+def make_room(game: Game, moves: Moves, role: Role) -> Room:
     """Each thread needs its own."""
     n_prey = len(game.prey)
     n_agents = game.n_predators + n_prey
     joints, flights = joint_actions(moves, game.n_predators, n_prey)
     fixed, answers = (joints, flights) if role == "predators" else (flights, joints)
     cells, seen, actions = (np.zeros(shape, np.int64) for shape in ((n_agents,), (n_prey, n_agents), (n_agents,)))
-    return _Room(cells, seen, actions, fixed, answers, np.zeros(len(answers)))
+    return Room(cells, seen, actions, fixed, answers, np.zeros(len(answers)))
 
 
 def memory_for_response(config: EnvConfig, role: Role) -> int:
@@ -160,8 +166,8 @@ def memory_for_response(config: EnvConfig, role: Role) -> int:
 
 
 @entry_point
-def _answer(
-    game: _Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: _Room
+def best_answers(
+    game: Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: Room
 ) -> None:
     """The other side's best in the states from ``first`` on: the joint action after which fewest prey are caught, or
     most.
@@ -191,7 +197,7 @@ def _answer(
 
 
 @rule
-def _chance(game: _Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
+def _chance(game: Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
     """Of a joint action of the fixed side."""
     chance = 1.0
     for i in range(len(joint)):

@@ -147,7 +147,7 @@ def solve(
 
             def solve_part(part: range, moves: Moves = moves, later: Any = later, now: Any = now) -> int:
                 n_prey = int(np.searchsorted(states.first, part.start, side="right"))
-                _back_up(states, moves, later, now, part.start, part.stop, make_room(config.n_predators, n_prey, moves))
+                back_up(states, moves, later, now, part.start, part.stop, make_room(config.n_predators, n_prey, moves))
                 return len(part)
 
             done = (left - 1) * len(states.cells)
@@ -198,7 +198,7 @@ def make_room(n_predators: int, n_prey: int, moves: Moves) -> Room:
 
 
 @entry_point
-def _back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last: int, room: Room) -> None:
+def back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last: int, room: Room) -> None:
     """The values of some states, from those with a turn less."""
     for state in range(first, last):
         fill_payoffs(states.cells[state], states, moves, later, room)

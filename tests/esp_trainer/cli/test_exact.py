@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from esp_trainer.cli import main
+from esp_trainer.cli import exact, main
 from esp_trainer.exact.solution import Solution
+from esp_trainer.teams.zoo import load_team
+from predprey_env import EnvConfig
 
 
 def test_a_script_that_can_be_foreseen_never_catches_a_prey_that_foresees_it(
@@ -72,8 +75,51 @@ def test_a_game_is_solved_told_and_saved(tmp_path: Path, capsys: pytest.CaptureF
     assert [line.split()[0] for line in lines[3:8]] == ["1", "2", "3", "4", "5"]
     assert lines[7].split() == ["5", "0.798", "0.704", "0.777", "0.830", "0.872"]
     assert lines[8] == f"the solved game is in {file}: 0.1 MB"
-    assert told.err.startswith("some 1 MB of memory are needed")
+    assert told.err.splitlines() == [
+        "some 1 MB of memory are needed",
+        "about 1 s are needed on an idle machine, going by a sample of positions",
+    ]
     assert Solution.load(file).horizon == 5
+
+
+@pytest.mark.parametrize(
+    ("seconds", "says"),
+    [(0.01, "1 s"), (119, "119 s"), (121, "2 minutes"), (7300, "2 hours"), (86400 * 1500, "1,500 days")],
+)
+def test_how_long_it_takes_is_told_before_it_starts(
+    seconds: float, says: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(exact, "seconds_to_solve", lambda *_: seconds)
+    monkeypatch.setattr(exact, "seconds_to_answer", lambda *_: 0.0)
+    monkeypatch.setattr(exact, "solve_game", stop)
+    for arguments in (["solve"], ["exploitability", "random", "--role", "prey"]):
+        assert main([*arguments, "--size", "4"]) == 130
+        told = capsys.readouterr()
+        assert told.out == ""
+        assert told.err.splitlines()[-2].startswith(f"about {says} are needed on an idle machine")
+
+
+@pytest.mark.parametrize("role", ["predators", "prey"])
+def test_a_team_of_another_world_is_said_to_be_one(
+    role: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    team = load_team(f"modern-3v1/{role}/seed-500-late")
+    file = tmp_path / "team.safetensors"
+    asked = ["exploitability", str(file), "--role", role, "--size", "4", "--steps", "3"]
+    team.save(file)
+    assert main(asked) == 0
+    assert capsys.readouterr().err.splitlines()[0] == (
+        f"note: {file} evolved in another world, with size=100, max_cycles=150; it is measured in one with size=4, "
+        "max_cycles=3"
+    )
+    here = EnvConfig(size=4, n_prey=1, max_cycles=3, reward="dense").model_dump()
+    for provenance in ({}, {"env": here}, {"env": "nowhere"}):
+        replace(team, provenance=provenance).save(file)
+        assert main(asked) == 0
+        assert "another world" not in capsys.readouterr().err
 
 
 def test_fields_of_the_world_are_those_that_were_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

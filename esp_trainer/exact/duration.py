@@ -1,0 +1,57 @@
+"""How long it will take to solve a game and to answer a policy: a few positions are timed, and stand for all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.evaluation.fused import cores
+from esp_trainer.exact import response, solution
+from esp_trainer.exact.states import states_of, turns_of
+from esp_trainer.types import Role
+from predprey_env.config import EnvConfig
+
+_SAMPLE = 1024  # positions: some tenths of a second at most, where the whole game can be solved at all
+
+
+def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
+    """About how long :func:`~esp_trainer.exact.solution.solve` takes here. All steps take alike."""
+    states = states_of(config.size, config.n_predators, config.n_prey)
+    n_states = len(states.cells)
+    first, last = _sample(int(states.first[-2]), n_states)
+    later, now = np.zeros((2, n_states))
+    seconds = 0.0
+    for moves in turns_of(config):
+        room = solution.make_room(config.n_predators, config.n_prey, moves)
+        seconds += _timed(solution.back_up, states, moves, later, now, first, last, room)
+    return seconds * horizon * n_states / (last - first) / cores()
+
+
+def seconds_to_answer(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> float:
+    """About how long :func:`~esp_trainer.exact.response.best_response` takes here; the arguments are the same."""
+    game, keys = response.parts_of(config)[-1]
+    first, last = _sample(int(game.begins[-1]), keys.stop)
+    later, now = np.zeros(len(chances)), np.zeros(last - first)
+    seconds = 0.0
+    for moves in turns_of(config):
+        moving = response.is_moving(role, moves)
+        fixed = chances[first:last] if moving else np.ones((last - first, chances.shape[1], 1))
+        room = response.make_room(game, moves, role)
+        seconds += _timed(response.best_answers, game, moves, fixed, role == "predators", later, now, first, room)
+    return seconds * horizon * len(chances) / (last - first) / cores()
+
+
+def _sample(first: int, last: int) -> tuple[int, int]:
+    """From the middle, as agents are close together at the beginning."""
+    middle = (first + last) // 2
+    return max(first, middle - _SAMPLE // 2), min(last, middle + _SAMPLE // 2)
+
+
+def _timed(work: Callable[..., Any], *arguments: Any) -> float:
+    work(*arguments)  # compiles it, and fills the caches of the processor
+    begun = perf_counter()
+    work(*arguments)
+    return perf_counter() - begun

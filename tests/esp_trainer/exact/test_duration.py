@@ -1,0 +1,36 @@
+"""How long it will take, by a sample of positions whose time is made up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from esp_trainer.exact import duration
+from esp_trainer.exact.chances import chances
+from esp_trainer.exact.duration import seconds_to_answer, seconds_to_solve
+from esp_trainer.types import ScriptedTeams
+from predprey_env import EnvConfig
+
+
+@pytest.fixture(autouse=True)
+def _a_second_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any part of a turn takes a second, on two cores."""
+    monkeypatch.setattr(duration, "_timed", lambda work, *arguments: work(*arguments) or 1.0)
+    monkeypatch.setattr(duration, "cores", lambda: 2)
+    monkeypatch.setattr(duration, "_SAMPLE", 10)
+
+
+@pytest.mark.parametrize(("order", "n_turns"), [("simultaneous", 1), ("prey_first", 2)])
+def test_it_grows_with_positions_steps_and_turns(order: str, n_turns: int) -> None:
+    config = EnvConfig(size=4, n_prey=1, move_order=order)  # 124 states for 4096 keys; 10 of them take a second a turn
+    assert seconds_to_solve(config, 7) == pytest.approx(12.4 * 7 * n_turns / 2)
+    fixed = chances(ScriptedTeams("random"), "prey", config)
+    assert seconds_to_answer(fixed, "prey", config, 7) == pytest.approx(409.6 * 7 * n_turns / 2)
+
+
+def test_several_prey_are_answered_too() -> None:
+    config = EnvConfig(size=3, n_predators=1, n_prey=2)  # 9 keys of either prey alone, 81 of both
+    fixed = chances(ScriptedTeams("random"), "predators", config)
+    assert fixed.shape[0] == 99
+    assert seconds_to_answer(fixed, "predators", config, 1) == pytest.approx(9.9 / 2)
+    assert np.isfinite(seconds_to_solve(config, 1))
