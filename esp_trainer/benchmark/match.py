@@ -92,9 +92,8 @@ class Arena:
         n = len(self.starts)
         try:
             team = OutsideTeam(candidate, self.env, role, n, whose="the policy's")
-        except Exception as error:
-            what = "the policy has no act_batch(), and cannot be copied for each world"
-            raise PolicyError(f"{what}: {type(error).__name__}: {error}") from error
+        except ValueError as error:
+            raise PolicyError(str(error)) from error
         try:
             team.reset(np.arange(n), stream(self.seed, "candidate").integers(2**31, size=n))
         except (Exception, SystemExit) as error:

@@ -134,9 +134,9 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
     if inspect.isclass(policy) or (inspect.isfunction(policy) and not inspect.signature(policy).parameters):
         policy = _call(policy, spec)
     try:
-        player = as_policy(policy, role, env)
+        player = as_policy(policy, role, env, spec)
     except ValueError as error:
-        raise PolicyError(str(error).replace("opponent must be the name of a script,", f"{spec} must be")) from error
+        raise PolicyError(str(error).replace("must be the name of a script, a", "must be a")) from error
     except (Exception, SystemExit) as error:  # of its own method compiled()
         raise PolicyError(f"{spec} cannot play: {_line(error)}") from error
     where = getattr(source, "__file__", None)

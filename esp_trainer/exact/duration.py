@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from esp_trainer.evaluation.fused import cores
+from esp_trainer.cores import cores
 from esp_trainer.exact import response, solution
 from esp_trainer.exact.states import states_of, turns_of
 from esp_trainer.types import Role
