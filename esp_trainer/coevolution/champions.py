@@ -7,7 +7,7 @@ other again on fresh starts, and the best mean wins.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,10 +31,10 @@ from esp_trainer.types import (
 class Contenders:
     """The best teams of one side's trials, best first."""
 
-    controller: Controller
-    genomes: np.ndarray
+    controller: Controller = field(repr=False)
+    genomes: np.ndarray = field(repr=False)
     """float32 ``(n_teams, n_agents, n_networks, n_hidden, n_genes)``, copied."""
-    scores: Fitness
+    scores: Fitness = field(repr=False)
     """What they earned in their trials, ``(n_teams,)``."""
 
 
@@ -42,8 +42,8 @@ class Contenders:
 class Champion:
     """A generation's best team of one side."""
 
-    controller: Controller
-    genomes: np.ndarray
+    controller: Controller = field(repr=False)
+    genomes: np.ndarray = field(repr=False)
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     score: float
     """Its mean fitness: over its meetings with all contenders of the other side, or in its trial (``argmax``)."""

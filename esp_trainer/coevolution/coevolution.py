@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
@@ -36,7 +36,7 @@ from predprey_env.policies.names import other_team
 class Trials:
     """What one side's trials brought."""
 
-    fitness: Fitness
+    fitness: Fitness = field(repr=False)
     """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
     caught: float
     """Share of prey caught."""
