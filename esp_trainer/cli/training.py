@@ -7,7 +7,7 @@ import shlex
 import signal
 import sys
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -25,10 +25,11 @@ from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
 from esp_trainer.run.trainer import Trainer, record
-from esp_trainer.types import Evaluator, ScriptedTeams
+from esp_trainer.types import Evaluator, Role, ScriptedTeams
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # generations in the closing summary
+_ALIKE = 0.95  # share of the trials that end alike in them, from which on a side has lost the gradient
 
 
 @dataclass(frozen=True)
@@ -156,8 +157,13 @@ def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | N
     """Run all generations, tell how they go, and keep the recent ones."""
     total, done = trainer.config.generations, trainer.done
     with tqdm(total=total, initial=done, unit="gen", bar_format=_BAR, disable=plain) as bar:
+        warned: set[Role] = set()
         for generation in trainer.generations():
             recent.append(generation)
+            for role, alike in _disengaged(recent):
+                if role not in warned:
+                    warned.add(role)
+                    bar.write(f"warning: {_lost_gradient(role, alike)}", file=sys.stderr)
             if log:
                 log.add(record(generation, generation.held_out.as_dict()), generation.seconds)
             held_out = generation.held_out
@@ -166,6 +172,21 @@ def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | N
             bar.update()
             if plain and trainer.done % trainer.config.checkpoint_every == 0:
                 _say(f"generation {trainer.done}/{total}: {_success(generation)}")
+
+
+def _disengaged(recent: Sequence[Generation]) -> Iterator[tuple[Role, float]]:
+    """The sides whose trials ended alike for long, and what share of them did."""
+    for role in recent[-1].signals:
+        alike = sum(generation.signals[role].ties for generation in recent) / len(recent)
+        if len(recent) == _RECENT and alike >= _ALIKE:
+            yield role, alike
+
+
+def _lost_gradient(role: Role, alike: float) -> str:
+    return (
+        f"{100 * alike:.0f}% of the trials of the {role} ended alike in the last {_RECENT} generations: "
+        "selection has next to nothing to choose by (disengagement)"
+    )
 
 
 def _success(generation: Generation) -> str:

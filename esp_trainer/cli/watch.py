@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -170,7 +171,16 @@ def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[st
     for name, (meaning, colour) in _CURVES.items():
         lines += [Text(), Text(f"{log.curves[name][-_RECENT:].mean():.2f} {meaning}")]
         lines += [Text(line, colour, no_wrap=True, overflow="crop") for line in chart(log.curves[name], room, 3)]
-    return Group(*lines)
+    return Group(*lines, *map(Text, _signals(log.lines[-_RECENT:])))
+
+
+def _signals(recent: list[dict[str, Any]]) -> Iterator[str]:
+    """Of each side, how much selection has to go by; nothing where the log does not tell."""
+    for role, told in recent[-1].get("subpopulations", {}).items():
+        if told.get("signal") is not None:
+            known = [line["subpopulations"][role]["signal"] or 0.0 for line in recent]
+            share = sum(known) / len(known)
+            yield f"{share:z.2f} signal in the selection of {role}, {told['ties']:.2f} of its trials alike"
 
 
 def _beside(left: Group, right: Text) -> Table:

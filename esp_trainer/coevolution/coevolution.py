@@ -15,6 +15,7 @@ from esp_trainer.coevolution.opponents import OPPONENTS
 from esp_trainer.coevolution.sharing import share
 from esp_trainer.coevolution.sides import EvolvingSide, Side
 from esp_trainer.config import RunConfig
+from esp_trainer.esp.signal import Signal
 from esp_trainer.esp.subpopulations import Spread, Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
@@ -53,6 +54,8 @@ class Generation:
     champions: dict[Role, Champion]
     spreads: dict[Role, Spread]
     """Of the subpopulations that its teams were drawn from."""
+    signals: dict[Role, Signal]
+    """What selection had to go by."""
     held_out: Captures
     """Champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
@@ -105,18 +108,20 @@ class Coevolution:
         held_out = self._measure(champions)
         measured = perf_counter()
         spreads = {role: each.spread() for role, each in populations.items()}
-        sides = self.sides.copy()
+        sides, signals = self.sides.copy(), {}
         for role, population in populations.items():
-            breeding = self._stream(f"{role} breeding", number)
-            population.tell(self._earned(trials[role]), self.evolving[role].hall_of_fame.champions, breeding)
-            sides[role] = self._bred(self.evolving[role], population, champions[role], breeding)
+            before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
+            signal = population.tell(self._earned(trials[role]), before.hall_of_fame.champions, breeding)
+            if signal is not None:  # an algorithm of somebody's own need not say
+                signals[role] = signal
+            sides[role] = self._bred(before, population, champions[role], breeding)
         seconds = {
             "trials": played - asked_at,
             "champions": chosen - played,
             "held_out": measured - chosen,
             "breeding": (perf_counter() - measured) + (asked_at - begun),
         }
-        return Generation(number, trials, champions, spreads, held_out, seconds), sides
+        return Generation(number, trials, champions, spreads, signals, held_out, seconds), sides
 
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)

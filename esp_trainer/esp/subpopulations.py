@@ -13,6 +13,7 @@ import numpy as np
 
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
+from esp_trainer.esp.signal import Signal, Variance, ties
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
 
@@ -71,8 +72,8 @@ class Subpopulations:
         indices = generator.integers(0, size, shape).astype(np.min_scalar_type(size - 1))
         return EvolvedTeams(self.controller, self.genomes, indices)
 
-    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> None:
-        """Breed the next generation.
+    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> Signal:
+        """Breed the next generation, and return what selection had to go by.
 
         Args:
             fitness: What each agent of each asked team earned, ``(n_trials, n_agents)``; agents that are steered
@@ -90,13 +91,14 @@ class Subpopulations:
             trial, agent = np.argwhere(~np.isfinite(fitness))[0]
             raise ValueError(f"fitness must be finite, got {fitness[trial, agent]} for agent {agent} in trial {trial}")
         earned = fitness.reshape(n_trials, n_genomes, -1).mean(axis=2)
-        chosen = self._asked.reshape(n_trials, n_genomes, -1)
-        scores = [
-            operators.neuron_fitness(chosen[:, genome], earned[:, genome], self.config.subpopulation_size)
-            for genome in range(n_genomes)
-        ]
+        chosen, size = self._asked.reshape(n_trials, n_genomes, -1), self.config.subpopulation_size
+        scores, variance = [], Variance()
+        for genome in range(n_genomes):
+            scores.append(operators.neuron_fitness(chosen[:, genome], earned[:, genome], size))
+            variance.add(chosen[:, genome], earned[:, genome], size)
         self._asked = None
         self._breed(operators.ranking(np.concatenate(scores)), champions, generator)
+        return Signal(variance.share(), ties(earned))
 
     def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
         """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""

@@ -19,6 +19,7 @@ from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
 from esp_trainer.report.measure import SHOWN, Measured, appeared
+from esp_trainer.report.source import SPREADS
 from esp_trainer.types import ROLES
 
 Figure: TypeAlias = dict[str, Any]
@@ -30,7 +31,7 @@ _DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 def charts(runs: Sequence[Measured]) -> list[Figure]:
     """Every chart that there is something to draw in."""
-    drawn = [_success, _master, _others, _behaviours, _diversity, _weights, _timings]
+    drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _weights, _timings]
     return [figure for chart in drawn if (figure := chart(runs))["data"]]
 
 
@@ -163,13 +164,26 @@ def _behaviours(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _both_roles(runs: Sequence[Measured], column: int) -> list[Any]:
+def _both_roles(runs: Sequence[Measured], name: str, window: int = 1) -> list[Any]:
     data: list[Any] = []
     for number, role in enumerate(ROLES):
-        values = [run.source.spreads[role][:, column] for run in runs if role in run.source.spreads]
-        if values:
-            data += _curve(np.arange(len(values[0])), np.stack(values), role, f"@{role}", number)
+        values = [run.source.spreads[role][:, SPREADS.index(name)] for run in runs if role in run.source.spreads]
+        known = [curve for curve in values if not np.isnan(curve).all()]
+        if known:
+            curves = smooth(np.stack(known), window)
+            data += _curve(np.arange(curves.shape[1]), curves, role, f"@{role}", number)
     return data
+
+
+def _signal(runs: Sequence[Measured]) -> Figure:
+    return {
+        "id": "signal",
+        "title": "What selection sees",
+        "caption": "Share of the differences between neurons of a subpopulation that is not sampling noise. "
+        f"At 0 selection is a lottery. Means over {_WINDOW} generations.",
+        "data": _both_roles(runs, "signal", _WINDOW),
+        "layout": _axes("share"),
+    }
 
 
 def _diversity(runs: Sequence[Measured]) -> Figure:
@@ -177,7 +191,7 @@ def _diversity(runs: Sequence[Measured]) -> Figure:
         "id": "diversity",
         "title": "Diversity of the subpopulations",
         "caption": "Standard deviation of a gene over the neurons of a subpopulation, mean over all.",
-        "data": _both_roles(runs, 0),
+        "data": _both_roles(runs, "diversity"),
         "layout": _axes("standard deviation", rangemode="tozero"),
     }
 
@@ -191,7 +205,7 @@ def _weights(runs: Sequence[Measured]) -> Figure:
             kept = reduce(np.intersect1d, [history.kept for history in evolved])
             sizes = np.stack([_sizes(history.genomes(role, kept)) for history in evolved])
             data += _curve(kept, sizes, f"{role}, champions", f"@{role}", number)
-    data += [{**trace, "opacity": 0.5 * trace.get("opacity", 1)} for trace in _named(_both_roles(runs, 1))]
+    data += [{**trace, "opacity": 0.5 * trace.get("opacity", 1)} for trace in _named(_both_roles(runs, "scale"))]
     return {
         "id": "weights",
         "title": "Scale of the weights",

@@ -21,6 +21,9 @@ from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.types import ROLES, Role
 
+SPREADS = ("diversity", "scale", "signal", "ties")
+"""Columns of :attr:`Source.spreads`."""
+
 
 @dataclass(frozen=True)
 class Source:
@@ -37,7 +40,8 @@ class Source:
     curves: dict[str, np.ndarray]
     """As :attr:`History.curves`; empty where the log is lost."""
     spreads: dict[Role, np.ndarray]
-    """Of each evolving side ``(n_generations, 2)``: diversity and scale of its subpopulations; empty if not logged."""
+    """What is known of each evolving side's subpopulations, ``(n_generations, 4)``, by :data:`SPREADS`; nan where the
+    log does not say, and empty if it says nothing."""
     seconds: dict[str, np.ndarray]
     """Wall time of each generation by phase, ``(n_generations,)``; empty if not logged."""
     missing: tuple[str, ...]
@@ -150,12 +154,9 @@ def _whole(directory: RunDirectory, role: Role, missing: list[str]) -> dict[int,
 def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.ndarray]:
     try:
         roles: list[Role] = list(lines[0]["subpopulations"]) if lines else []
-        return {
-            role: np.array(
-                [[line["subpopulations"][role][name] for name in ("diversity", "scale")] for line in lines], float
-            )
-            for role in roles
-        }
+        told = {role: [line["subpopulations"][role] for line in lines] for role in roles}
+        # Older logs do not say how much signal selection had.
+        return {role: np.array([[line.get(name) for name in SPREADS] for line in told[role]], float) for role in roles}
     except (KeyError, TypeError, ValueError):
         missing.append(
             "The log does not say how diverse the subpopulations were: it was made before that was recorded."

@@ -72,5 +72,5 @@ def _scalars(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, f
         elif isinstance(value, list):
             known = {str(i): each for i, each in enumerate(value) if each is not None}
             yield from _scalars(known, f"{prefix}{name}/")
-        elif name != "generation":
+        elif name != "generation" and value is not None:
             yield prefix + name, value

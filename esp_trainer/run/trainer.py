@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, closing
+from math import isnan
 from time import perf_counter
 from typing import Any
 
@@ -12,6 +13,7 @@ from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
+from esp_trainer.esp.signal import Signal
 from esp_trainer.esp.team import Team
 from esp_trainer.files import sync_directory
 from esp_trainer.run.checkpoint import NO_MATTER, check_algorithms, load_checkpoint, save_checkpoint
@@ -167,6 +169,15 @@ def _keep_champions(directory: RunDirectory, config: RunConfig, done: int) -> No
         directory.keep_champions(set(kept.tolist()))
 
 
+def _told(signal: Signal | None) -> dict[str, float]:
+    return {"signal": signal.share, "ties": signal.ties} if signal else {}
+
+
+def _rounded(values: dict[str, float]) -> dict[str, float | None]:
+    """JSON values, without the last digits of sums, which differ from processor to processor."""
+    return {name: None if isnan(value) else round(value, 4) for name, value in values.items()}
+
+
 def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
     """A line of ``metrics.jsonl``."""
     return {
@@ -176,9 +187,8 @@ def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
             for role, t in generation.trials.items()
         },
         "champions": {role: champion.score for role, champion in generation.champions.items()},
-        # Rounded, as the last digits of a sum may differ from processor to processor.
         "subpopulations": {
-            role: {"diversity": round(spread.diversity, 4), "scale": round(spread.scale, 4)}
+            role: _rounded(spread._asdict() | _told(generation.signals.get(role)))
             for role, spread in generation.spreads.items()
         },
         "held_out": held_out,

@@ -241,3 +241,22 @@ def test_a_summary_that_cannot_be_written_is_told_in_one_line(smoke_run: Path) -
         )
     assert done.returncode != 0
     assert done.stderr.splitlines() == ["esp-trainer: No space left on device"]
+
+
+def test_a_side_whose_trials_end_alike_for_long_is_warned_of_once(
+    esp_trainer: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evaluate = FusedEvaluator.evaluate
+
+    def without_captures(self: FusedEvaluator, batch: Any) -> Any:
+        result = evaluate(self, batch)
+        result.fitness[..., -2:] = 25.0  # of the prey
+        return result
+
+    monkeypatch.setattr(FusedEvaluator, "evaluate", without_captures)
+    outcome = esp_trainer("train", "smoke", "--generations", "30")
+    (warning,) = (line for line in outcome.err.splitlines() if line.startswith("warning"))
+    assert warning == (
+        "warning: 100% of the trials of the prey ended alike in the last 20 generations: selection has next to "
+        "nothing to choose by (disengagement)"
+    )

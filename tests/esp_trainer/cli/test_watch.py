@@ -21,7 +21,7 @@ import pytest
 
 from esp_trainer.cli import main
 from esp_trainer.cli.keyboard import Keyboard
-from esp_trainer.cli.watch import chart
+from esp_trainer.cli.watch import _signals, chart
 from esp_trainer.run.directory import RunDirectory
 
 COMMAND = [sys.executable, "-m", "esp_trainer"]
@@ -31,6 +31,16 @@ def test_a_chart_is_columns_of_eighths() -> None:
     assert chart(np.array([0.0, 0.125, 0.5, 1.0]), width=10, height=1) == [" ▁▄█"]
     assert chart(np.array([0.25, 0.75]), width=10, height=2) == [" ▄", "▄█"]
     assert chart(np.array([0.0, 1.0, 1.0, 1.0]), width=2, height=1) == ["▄█"]  # means of two each
+
+
+def test_signals_are_means_over_the_recent_generations() -> None:
+    def line(signal: float | None, ties: float) -> dict[str, Any]:
+        return {"subpopulations": {"prey": {"diversity": 1.0, "scale": 1.0, "signal": signal, "ties": ties}}}
+
+    told = ["0.20 signal in the selection of prey, 0.75 of its trials alike"]
+    assert list(_signals([line(0.3, 0.5), line(0.1, 0.75)])) == told
+    assert list(_signals([line(0.1, 0.5), line(None, 0.75)])) == []
+    assert list(_signals([{"generation": 0}])) == []  # of an older log
 
 
 def test_of_a_run_that_is_over_it_tells_every_generation(esp_trainer: Callable[..., Any], smoke_run: Path) -> None:

@@ -22,7 +22,9 @@ def source(level: float) -> Source:
     curves = {name: np.full((N, 2) if name.startswith("trials") else N, level) for name in CURVES}
     champions = {"predators": np.full((N, 3, 2, 10, 7), level, np.float32)}
     history = History(RunConfig(), champions, curves)  # type: ignore[arg-type]
-    spreads = {"predators": np.stack([np.full(N, level), np.full(N, 2 * level)], axis=1)}
+    spreads = {
+        "predators": np.stack([np.full(N, level), np.full(N, 2 * level), np.full(N, 0.1), np.full(N, 0.5)], axis=1)
+    }
     seconds = {"trials": np.full(N, level / 10)}
     return Source("run", Path("run"), RunConfig(), N, history, curves, spreads, seconds, ())  # type: ignore[arg-type]
 
@@ -32,10 +34,16 @@ def figures(*runs: Measured) -> dict[str, Any]:
 
 
 def test_there_is_a_chart_of_all_that_is_known_and_of_nothing_else() -> None:
-    assert set(figures(Measured(source(0.5)))) == {"success", "diversity", "weights", "timings"}
+    assert set(figures(Measured(source(0.5)))) == {"success", "signal", "diversity", "weights", "timings"}
     without = replace(source(0.5), spreads={}, seconds={}, history=None)
     assert set(figures(Measured(without))) == {"success"}
     assert matrix([Measured(without)]) is None
+
+
+def test_what_an_older_log_does_not_tell_is_not_drawn() -> None:
+    older = source(0.5)
+    older.spreads["predators"][:, 2:] = np.nan
+    assert set(figures(Measured(older))) == {"success", "diversity", "weights", "timings"}
 
 
 def test_a_run_is_a_line_two_are_their_mean_and_more_are_that_in_a_band() -> None:

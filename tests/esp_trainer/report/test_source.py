@@ -28,7 +28,7 @@ def test_a_whole_run_misses_nothing(run: Path) -> None:
     assert len(source) == len(source.history) == GENERATIONS
     for role, champions in history.champions.items():
         assert (source.history.champions[role] == champions).all()
-        assert source.spreads[role].shape == (GENERATIONS, 2)
+        assert source.spreads[role].shape == (GENERATIONS, 4)
     assert (source.curves["caught"] == history.curves["caught"]).all()
     assert set(source.seconds) == {"trials", "champions", "held_out", "breeding", "files"}
 
@@ -115,6 +115,19 @@ def test_a_log_that_is_damaged_from_the_start_is_none(run: Path) -> None:
     source = read(run)
     assert source.curves == {}
     assert len(source) == GENERATIONS
+
+
+def test_a_log_from_before_signals_were_told_still_tells_of_diversity(run: Path) -> None:
+    log = run / "metrics.jsonl"
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    for line in lines:
+        for told in line["subpopulations"].values():
+            del told["signal"], told["ties"]
+    log.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    source = read(run)
+    assert source.missing == ()
+    assert not np.isnan(source.spreads["prey"][:, :2]).any()
+    assert np.isnan(source.spreads["prey"][:, 2:]).all()
 
 
 def test_an_older_log_says_nothing_of_diversity(run: Path) -> None:

@@ -372,7 +372,9 @@ def test_a_log_has_a_line_for_each_generation(tmp_path: Path, start: Any) -> Non
             }
             assert line["trials"][role]["mean"] < line["trials"][role]["best"] <= 25
             assert line["champions"][role] == generation.champions[role].score
-            assert line["subpopulations"][role] == pytest.approx(generation.spreads[role]._asdict(), abs=5e-5)
+            signal = generation.signals[role]
+            told = generation.spreads[role]._asdict() | {"signal": signal.share, "ties": signal.ties}
+            assert line["subpopulations"][role] == pytest.approx(told, abs=5e-5)
 
 
 def test_subpopulations_are_measured_before_they_breed(tmp_path: Path, start: Any) -> None:

@@ -1,0 +1,66 @@
+"""How much of the differences that selection ranks by is more than luck.
+
+A neuron is scored by the mean fitness of its trials, which depends on the other neurons, the opponents and the starts
+as well. A one-way analysis of variance of each subpopulation, neurons being the groups, tells how much of the variance
+of these means is sampling noise. Where nothing is left but noise, selection is a lottery; where all trials end alike,
+one side has lost the gradient (disengagement, section II).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from esp_trainer.types import Fitness
+
+
+class Signal(NamedTuple):
+    """What selection had to go by in a generation."""
+
+    share: float
+    """Share of the variance of neuron fitness within a subpopulation that is not sampling noise; by chance below 0
+    where there is none. nan if no neuron was in two trials."""
+    ties: float
+    """Share of the trials that ended with the most frequent fitness."""
+
+
+class Variance:
+    """Sums of squares over subpopulations, added up one agent after the other."""
+
+    def __init__(self) -> None:
+        self._between = self._within = 0.0
+        self._n_between = self._n_within = 0
+
+    def add(self, chosen: np.ndarray, fitness: Fitness, size: int) -> None:
+        """Add the subpopulations of an agent.
+
+        Args:
+            chosen: Which neuron of each subpopulation each trial used, int ``(n_trials, S)``.
+            fitness: What each trial earned, ``(n_trials,)``.
+            size: Neurons in a subpopulation.
+        """
+        n_trials, n_subpopulations = chosen.shape
+        flat = (chosen + size * np.arange(n_subpopulations)).ravel()
+        centred = fitness - fitness.mean()
+        totals = np.bincount(flat, np.repeat(centred, n_subpopulations))
+        times = np.bincount(flat)
+        tested = times > 0
+        between = float((totals[tested] ** 2 / times[tested]).sum())
+        self._between += between
+        self._within += n_subpopulations * float(centred @ centred) - between
+        self._n_between += int(tested.sum()) - n_subpopulations
+        self._n_within += n_subpopulations * n_trials - int(tested.sum())
+
+    def share(self) -> float:
+        """Return :attr:`Signal.share`."""
+        if not self._n_between or not self._n_within:
+            return float("nan")
+        between = self._between / self._n_between
+        return 1.0 - self._within / self._n_within / between if between > 0 else 0.0
+
+
+def ties(fitness: Fitness) -> float:
+    """Return :attr:`Signal.ties`, the mean over agents, of ``(n_trials, n_agents)``."""
+    counts = [np.unique(agent, return_counts=True)[1].max() for agent in fitness.T]
+    return float(np.mean(counts)) / len(fitness)
