@@ -43,6 +43,15 @@ class SideConfig(Settings):
     """What the network of a caught prey does: it votes on the offset (0, 0), or it has no vote."""
 
 
+_PAIRINGS: dict[str, dict[str, Any]] = {
+    "cosample": {"past_share": 0.0},
+    "previous_champion": {"past_share": 1.0, "past_choice": "latest"},
+    "hall_of_fame": {"past_share": 1.0, "past_choice": "uniform"},
+    "mixed": {"past_share": 0.5, "past_choice": "uniform"},
+}
+"""What the field ``pairing`` of earlier versions meant."""
+
+
 class EspConfig(Settings):
     """Enforced SubPopulations: the parameters of section V."""
 
@@ -58,10 +67,21 @@ class EspConfig(Settings):
     n_episodes: int = Field(default=6, ge=1)
     """Episodes a trial, each from a random start; their fitnesses are averaged."""
 
-    pairing: Literal["cosample", "previous_champion", "hall_of_fame", "mixed"] = "cosample"
-    """Whom a trial's team meets: the other side's team of the same trial, so that the same episodes score both; the
-    other side's last champion; a champion drawn from its hall of fame; or, half the time each, a drawn team or a
-    champion. The first generation, without champions yet, is sampled together; against a script this does nothing."""
+    past_share: float = Field(default=0.0, ge=0, le=1)
+    """Share of a trial's episodes against past champions of the other side, in whole episodes. The others are against
+    the other side's team of the same trial, and score both. The first generation has no champions to meet yet, and a
+    script has none."""
+
+    past_choice: Literal["uniform", "recent", "latest", "spread", "contested"] = "uniform"
+    """Which past champions: any in the hall of fame; later ones more often, in proportion to their generation; the
+    latest; those of every strength equally often; or mostly those that win as often as they lose."""
+
+    past_each_episode: bool = False
+    """Whether each episode of a trial meets a past champion of its own; else all of a trial meet the same."""
+
+    block_size: int = Field(default=1, ge=1)
+    """Trials in turn that have the same starts and past champions. What counts is then how much more a team earned than
+    the mean of its block, so that nobody breeds for an easy start; 1 counts the fitness as it is (section V)."""
 
     fitness_sharing: bool = False
     """Competitive fitness sharing (Rosin & Belew 1997): what a team earns counts as its share of all that was earned
@@ -97,6 +117,28 @@ class EspConfig(Settings):
     burst_scale: float = Field(default=0.3, gt=0, le=1e6)
     """Scale of the Cauchy-distributed spread around the champion after a burst."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_pairing(cls, fields: Any) -> Any:
+        """Take the field that named the opponents in earlier versions."""
+        if not isinstance(fields, dict) or "pairing" not in fields:
+            return fields
+        name = fields["pairing"]
+        if name not in _PAIRINGS:
+            known = ", ".join(_PAIRINGS)
+            raise ValueError(f"pairing, an earlier name for past_share, must be one of {known}, got {name!r}")
+        return {**{other: value for other, value in fields.items() if other != "pairing"}, **_PAIRINGS[name]}
+
+    @model_validator(mode="after")
+    def _meets(self) -> EspConfig:
+        if (self.past_share > 0 and not self.n_past) or (self.past_share < 1 and self.n_past == self.n_episodes):
+            raise ValueError(
+                f"past_share must be a share of n_episodes={self.n_episodes} in whole episodes, got {self.past_share}"
+            )
+        if self.block_size > self.n_trials:
+            raise ValueError(f"block_size must be at most n_trials={self.n_trials}, got {self.block_size}")
+        return self
+
     @model_validator(mode="after")
     def _breeds(self) -> EspConfig:
         if self.n_elite < 1:
@@ -105,6 +147,11 @@ class EspConfig(Settings):
         if self.hof_mates > self.n_elite:
             raise ValueError(f"hof_mates must be at most the {self.n_elite} breeding pairs, got {self.hof_mates}")
         return self
+
+    @property
+    def n_past(self) -> int:
+        """Episodes of a trial against past champions."""
+        return int(self.past_share * self.n_episodes + 0.5)
 
     @property
     def n_elite(self) -> int:

@@ -104,6 +104,10 @@ class EvolvedTeams:
         """The teams of some trials, made of the same candidates."""
         return EvolvedTeams(self.controller, self.genomes, self.indices[trials])
 
+    def repeated(self, n: int) -> EvolvedTeams:
+        """The team of each trial ``n`` times in turn."""
+        return self if n == 1 else EvolvedTeams(self.controller, self.genomes, np.repeat(self.indices, n, axis=0))
+
 
 @dataclass(frozen=True)
 class ScriptedTeams:

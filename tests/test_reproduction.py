@@ -93,7 +93,9 @@ def test_a_combination_is_made_of_what_was_tried_alone(name: str):
 def test_an_arm_changes_one_thing(name: str):
     changed = changes(name)
     if name.startswith("shared-fitness"):
-        assert changed == {"esp.pairing", "esp.fitness_sharing"}
+        assert changed == {"esp.past_share", "esp.fitness_sharing"}
+    elif name.startswith("previous-champion"):
+        assert changed == {"esp.past_share", "esp.past_choice"}
     elif name.startswith("linear"):
         assert changed == {"predators.output", "prey.output"}
         assert changes(name.replace("linear", "drawn")) - changed == {"predators.choice", "prey.choice"}

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from esp_trainer.config import RunConfig
 from predprey_env.settings import field_names
 
-FIELDS = [name for name in field_names(RunConfig) if name != "preset"]
+FIELDS = [name for name in [*field_names(RunConfig), "esp.pairing"] if name != "preset"]
 """What can be set; which preset it is, is said by the first argument."""
 
 _OWN = ["out", "threads", "address", "quiet", "tensorboard"]

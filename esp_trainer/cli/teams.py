@@ -96,13 +96,15 @@ def _changes(origin: Mapping[str, Any]) -> list[str]:
     """The settings in which a team's run differs from the preset that it is named after."""
     if origin.get("preset") not in PRESETS:
         return []
-    usual = preset(origin["preset"]).model_dump()
-    return [
-        f"{section}.{name}={value}"
-        for section in ("predators", "prey", "esp", "champion")
-        for name, value in origin.get(section, {}).items()
-        if value != usual[section].get(name)
-    ]
+    changed = []
+    for section in ("predators", "prey", "esp", "champion"):
+        usual = getattr(preset(origin["preset"]), section)
+        own = type(usual).from_dict(origin.get(section, {}))  # it knows the names that fields had in earlier versions
+        told = [name for name in type(usual).model_fields if name in own.model_fields_set]
+        changed += [
+            f"{section}.{name}={getattr(own, name)}" for name in told if getattr(own, name) != getattr(usual, name)
+        ]
+    return changed
 
 
 def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path]) -> int:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.coevolution.episodes import play
-from esp_trainer.coevolution.opponents import OPPONENTS
-from esp_trainer.coevolution.sharing import share
+from esp_trainer.coevolution.hall_of_fame import HallOfFame
+from esp_trainer.coevolution.opponents import CHOICES, past_teams
 from esp_trainer.coevolution.sides import EvolvingSide, Side
+from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, summarise
 from esp_trainer.config import RunConfig
-from esp_trainer.esp.signal import Signal
+from esp_trainer.esp.signal import Signal, ties
 from esp_trainer.esp.subpopulations import Spread, Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
@@ -23,26 +24,12 @@ from esp_trainer.types import (
     ROLES,
     Evaluator,
     EvolvedTeams,
-    Fitness,
     Fixed,
     Role,
     Teams,
     TrialBatch,
-    TrialResult,
 )
 from predprey_env.policies.names import other_team
-
-
-@dataclass(frozen=True)
-class Trials:
-    """What one side's trials brought."""
-
-    fitness: Fitness = field(repr=False)
-    """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
-    caught: float
-    """Share of prey caught."""
-    opponents: Teams
-    """The opponent of each trial."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +88,10 @@ class Coevolution:
         populations = {role: deepcopy(side.subpopulations) for role, side in self.evolving.items()}
         asked = {role: each.ask(self._stream(f"{role} ask", number)) for role, each in populations.items()}
         asked_at = perf_counter()
-        trials = self._play_trials(asked, number)
+        parts = self._play_trials(asked, number)
+        trials = {role: summarise(own, self.config.esp) for role, own in parts.items()}
+        fames = {role: _remember(side.hall_of_fame, role, parts) for role, side in self.evolving.items()}
+        del parts  # most of what a generation of many trials holds
         played = perf_counter()
         champions = self._choose(asked, trials, number)
         chosen = perf_counter()
@@ -111,10 +101,11 @@ class Coevolution:
         sides, signals = self.sides.copy(), {}
         for role, population in populations.items():
             before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
-            signal = population.tell(self._earned(trials[role]), before.hall_of_fame.champions, breeding)
-            if signal is not None:  # an algorithm of somebody's own need not say
-                signals[role] = signal
-            sides[role] = self._bred(before, population, champions[role], breeding)
+            share: float | None = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
+            # An algorithm of somebody's own need not say how much signal it had.
+            signals[role] = Signal(float("nan") if share is None else share, ties(trials[role].fitness))
+            fame = fames[role].with_champion(champions[role].genomes)
+            sides[role] = self._bred(before, population, fame, champions[role], breeding)
         seconds = {
             "trials": played - asked_at,
             "champions": chosen - played,
@@ -126,24 +117,36 @@ class Coevolution:
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)
 
-    def _play_trials(self, asked: dict[Role, EvolvedTeams], number: int) -> dict[Role, Trials]:
-        """Every evolving side's trials. Where teams are sampled together, the same episodes score both."""
+    def _play_trials(self, asked: dict[Role, EvolvedTeams], number: int) -> dict[Role, list[Part]]:
+        """Play every evolving side's trials, against the other side's teams and against its past champions."""
         esp = self.config.esp
-        starts = self.evaluator.starts.draw(self._stream("starts", number), esp.n_trials, esp.n_episodes)
-        meets_champions = esp.pairing != "cosample" and number > 0 and len(asked) == len(ROLES)
-        if not meets_champions:
+        n_past = esp.n_past if number > 0 and len(asked) == len(ROLES) else 0
+        n_blocks, n_present = -(-esp.n_trials // esp.block_size), esp.n_episodes - n_past
+        drawn = self.evaluator.starts.draw(self._stream("starts", number), n_blocks, esp.n_episodes)
+        starts = by_block(drawn, esp.block_size, esp.n_trials)
+        parts: dict[Role, list[Part]] = {role: [] for role in asked}
+        if n_present:
             both = self._with_fixed(asked, esp.n_trials)
-            result = play(self.evaluator, self._batch(both, starts))
-            return {role: self._trials(result, role, both[other_team(role)]) for role in asked}
-        trials: dict[Role, Trials] = {}
-        for role, teams in asked.items():
-            other = other_team(role)
-            side = self.evolving[other]
-            draw = self._stream(f"{role} opponents", number)
-            opponents = OPPONENTS[esp.pairing](side.subpopulations, side.hall_of_fame, esp.n_trials, draw)
-            result = play(self.evaluator, self._batch({role: teams, other: opponents}, starts))
-            trials[role] = self._trials(result, role, opponents)
-        return trials
+            result = play(self.evaluator, self._batch(both, starts[:, :n_present]))
+            for role, own in parts.items():
+                own.append(Part.of(result, role, both[other_team(role)]))
+        if n_past:
+            for role, teams in asked.items():
+                parts[role].append(self._meet_past(role, teams, starts[:, n_present:], number))
+        return parts
+
+    def _meet_past(self, role: Role, teams: EvolvedTeams, starts: np.ndarray, number: int) -> Part:
+        """Episodes of one side's teams, from ``starts`` ``(n_trials, n_episodes, ...)``, against past champions."""
+        esp, other = self.config.esp, self.evolving[other_team(role)]
+        n_trials, n_episodes = starts.shape[:2]
+        n_each = n_episodes if esp.past_each_episode else 1
+        generator = self._stream(f"{role} opponents", number)
+        shape = -(-n_trials // esp.block_size), n_each
+        chosen = by_block(CHOICES[esp.past_choice](other.hall_of_fame, shape, generator), esp.block_size, n_trials)
+        opponents = past_teams(other.subpopulations.controller, other.hall_of_fame, chosen.ravel())
+        apart = starts.reshape(n_trials * n_each, -1, *starts.shape[2:])
+        result = play(self.evaluator, self._batch({role: teams.repeated(n_each), other_team(role): opponents}, apart))
+        return Part.of(result, role, opponents, np.broadcast_to(chosen, (n_trials, n_episodes)))
 
     def _with_fixed(self, evolved: Mapping[Role, Teams], n_trials: int) -> dict[Role, Teams]:
         return {**{role: side.as_teams(n_trials) for role, side in self.fixed.items()}, **evolved}
@@ -151,21 +154,21 @@ class Coevolution:
     def _batch(self, teams: dict[Role, Teams], starts: np.ndarray) -> TrialBatch:
         return TrialBatch(teams["predators"], teams["prey"], starts)
 
-    def _trials(self, result: TrialResult, role: Role, opponents: Teams) -> Trials:
-        return Trials(result.fitness_of(role).mean(axis=1), float(result.captured.mean()), opponents)
-
-    def _earned(self, trials: Trials) -> Fitness:
-        return share(trials.fitness, trials.opponents) if self.config.esp.fitness_sharing else trials.fitness
-
     def _choose(self, asked: dict[Role, EvolvedTeams], trials: dict[Role, Trials], number: int) -> dict[Role, Champion]:
         settings = self.config.champion
         contenders: dict[Role, Contenders | Fixed] = {**self.fixed}
         for role, teams in asked.items():
-            contenders[role] = best_teams(teams, trials[role].fitness, settings.n_candidates)
+            fitness = centred(trials[role].fitness, self.config.esp.block_size)
+            contenders[role] = best_teams(teams, fitness, settings.n_candidates)
         return choose_champions(contenders, settings, self.evaluator, self._stream("champions", number))
 
     def _bred(
-        self, before: EvolvingSide, population: Subpopulations, champion: Champion, generator: np.random.Generator
+        self,
+        before: EvolvingSide,
+        population: Subpopulations,
+        fame: HallOfFame,
+        champion: Champion,
+        generator: np.random.Generator,
     ) -> EvolvingSide:
         """A side after its generation: its new population, which starts again around the champion if none has scored
         higher for long.
@@ -176,10 +179,19 @@ class Coevolution:
         if self.config.esp.burst_after and stagnant >= self.config.esp.burst_after:
             population.burst(champion.genomes, generator)
             best, stagnant = -np.inf, 0
-        return EvolvingSide(population, before.hall_of_fame.with_champion(champion.genomes), best, stagnant)
+        return EvolvingSide(population, fame, best, stagnant)
 
     def _measure(self, champions: dict[Role, Champion]) -> Captures:
         n = len(self._held_out)
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
         result = play(self.evaluator, self._batch(teams, self._held_out))
         return count_captures(result, self._even, self.config.env.n_predators)
+
+
+def _remember(fame: HallOfFame, role: Role, parts: dict[Role, list[Part]]) -> HallOfFame:
+    """A side's hall of fame after its champions were met in the trials of the other side, if they were."""
+    for part in parts.get(other_team(role), []):
+        if part.past is not None:
+            caught = part.captured.mean(axis=2)
+            fame = fame.with_results(part.past, caught if role == "predators" else 1.0 - caught)
+    return fame

@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
-from esp_trainer.esp.signal import Signal, Variance, ties
+from esp_trainer.esp.signal import Variance
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
 
@@ -72,8 +72,8 @@ class Subpopulations:
         indices = generator.integers(0, size, shape).astype(np.min_scalar_type(size - 1))
         return EvolvedTeams(self.controller, self.genomes, indices)
 
-    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> Signal:
-        """Breed the next generation, and return what selection had to go by.
+    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> float:
+        """Breed the next generation, and return how much selection had to go by: :attr:`~.signal.Signal.share`.
 
         Args:
             fitness: What each agent of each asked team earned, ``(n_trials, n_agents)``; agents that are steered
@@ -98,7 +98,7 @@ class Subpopulations:
             variance.add(chosen[:, genome], earned[:, genome], size)
         self._asked = None
         self._breed(operators.ranking(np.concatenate(scores)), champions, generator)
-        return Signal(variance.share(), ties(earned))
+        return variance.share()
 
     def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
         """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""

@@ -33,6 +33,7 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
         if isinstance(side, EvolvingSide):
             arrays[f"{role}.genomes"] = side.subpopulations.genomes
             arrays[f"{role}.hall_of_fame"] = side.hall_of_fame.champions
+            arrays[f"{role}.met"] = side.hall_of_fame.met
             best = side.best if np.isfinite(side.best) else None
             progress[role] = {"best": best, "stagnant": side.stagnant}
     algorithms = {role: _algorithm(side) for role, side in sides.items()}
@@ -49,7 +50,7 @@ def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], in
     """Both sides, and how many generations they have behind them."""
     header, arrays = read_arrays(path, "checkpoint")
     try:
-        different = difference(_filled(dict(header.get("config", {}))), config.model_dump())
+        different = difference(RunConfig.from_dict(header.get("config", {})).model_dump(), config.model_dump())
         if different:
             raise OtherConfigError(f"{path} belongs to another config: {different} in config.json")
         return _restore(config, arrays, header["sides"], int(header["generations"])), int(header["generations"])
@@ -89,31 +90,24 @@ def _restore(
         population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.hall_of_fame"]
         _check(f"{role}.genomes", genomes, population.genomes.shape)
         kept, size = kept_generations(generations, config.esp.hof_size), config.esp.hof_size
+        met = arrays.get(f"{role}.met", np.zeros((len(fame), 2)))  # older checkpoints have none
+        _check(f"{role}.met", met, (len(fame), 2), np.float64)
         if len(fame) == generations:  # written before halls of fame were bounded
-            fame = fame[kept]
+            fame, met = fame[kept], met[kept]
         _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
         best = progress[role]["best"]
         sides[role] = EvolvingSide(
             Subpopulations(population.config, population.controller, genomes.copy()),
-            HallOfFame(fame, size, generations),
+            HallOfFame(fame, size, generations, met),
             -np.inf if best is None else float(best),
             int(progress[role]["stagnant"]),
         )
     return sides
 
 
-def _check(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
-    if array.shape != shape or array.dtype != np.float32:
-        raise ValueError(f"{name} must be float32 of shape {shape}, got {array.dtype} of shape {array.shape}")
-
-
-def _filled(saved: dict[str, Any], defaults: dict[str, Any] | None = None) -> dict[str, Any]:
-    """A config as it was saved, with the defaults of settings that are younger than the file."""
-    whole = dict(RunConfig().model_dump() if defaults is None else defaults)
-    for name, value in saved.items():
-        default = whole.get(name)
-        whole[name] = _filled(value, default) if isinstance(value, dict) and isinstance(default, dict) else value
-    return whole
+def _check(name: str, array: np.ndarray, shape: tuple[int, ...], kind: type[np.floating[Any]] = np.float32) -> None:
+    if array.shape != shape or array.dtype != kind:
+        raise ValueError(f"{name} must be {kind.__name__} of shape {shape}, got {array.dtype} of shape {array.shape}")
 
 
 def difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "") -> str | None:

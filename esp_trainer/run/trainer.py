@@ -13,7 +13,6 @@ from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
-from esp_trainer.esp.signal import Signal
 from esp_trainer.esp.team import Team
 from esp_trainer.files import sync_directory
 from esp_trainer.run.checkpoint import NO_MATTER, check_algorithms, load_checkpoint, save_checkpoint
@@ -169,10 +168,6 @@ def _keep_champions(directory: RunDirectory, config: RunConfig, done: int) -> No
         directory.keep_champions(set(kept.tolist()))
 
 
-def _told(signal: Signal | None) -> dict[str, float]:
-    return {"signal": signal.share, "ties": signal.ties} if signal else {}
-
-
 def _rounded(values: dict[str, float]) -> dict[str, float | None]:
     """JSON values, without the last digits of sums, which differ from processor to processor."""
     return {name: None if isnan(value) else round(value, 4) for name, value in values.items()}
@@ -188,7 +183,9 @@ def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
         },
         "champions": {role: champion.score for role, champion in generation.champions.items()},
         "subpopulations": {
-            role: _rounded(spread._asdict() | _told(generation.signals.get(role)))
+            role: _rounded(
+                spread._asdict() | {"signal": generation.signals[role].share, "ties": generation.signals[role].ties}
+            )
             for role, spread in generation.spreads.items()
         },
         "held_out": held_out,

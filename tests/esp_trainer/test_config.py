@@ -148,7 +148,7 @@ def test_a_config_survives_json():
         env=EnvConfig(size=101),
         predators=SideConfig(input_scale=0.2, controller="combiner"),
         prey=SideConfig(controller="central"),
-        esp=EspConfig(pairing="mixed", fitness_sharing=True),
+        esp=EspConfig(past_share=0.5, fitness_sharing=True),
         champion=ChampionConfig(method="argmax"),
     )
     assert RunConfig.from_dict(json.loads(json.dumps(config.model_dump()))) == config
@@ -199,3 +199,47 @@ def test_every_field_says_what_it_is():
         for name, field in settings.model_fields.items():
             assert field.description, f"{settings.__name__}.{name}"
     assert "esp.n_trials" in field_names(RunConfig)
+
+
+@pytest.mark.parametrize(
+    ("pairing", "share", "choice"),
+    [
+        *(("cosample", 0.0, "uniform"), ("previous_champion", 1.0, "latest")),
+        *(("hall_of_fame", 1.0, "uniform"), ("mixed", 0.5, "uniform")),
+    ],
+)
+def test_the_opponents_of_earlier_versions_keep_their_meaning(pairing: str, share: float, choice: str) -> None:
+    for config in (
+        EspConfig.from_dict({"pairing": pairing, "n_trials": 7}),
+        EspConfig(n_trials=7).replace(pairing=pairing),
+        RunConfig(esp=EspConfig(n_trials=7)).with_fields({"esp.pairing": pairing}).esp,
+    ):
+        assert (config.past_share, config.past_choice, config.n_trials) == (share, choice, 7)
+
+
+@pytest.mark.parametrize(
+    ("fields", "n_past"),
+    [
+        ({"past_share": 0.5}, 3),
+        ({"past_share": 1.0}, 6),
+        ({"past_share": 0.1}, 1),
+        ({"n_episodes": 3, "past_share": 0.5}, 2),
+    ],
+)
+def test_a_share_of_episodes_is_rounded_to_whole_ones(fields: dict[str, Any], n_past: int) -> None:
+    assert EspConfig(**fields).n_past == n_past
+
+
+@pytest.mark.parametrize(
+    ("fields", "line"),
+    [
+        ({"past_share": 0.05}, "past_share must be a share of n_episodes=6 in whole episodes, got 0.05"),
+        ({"past_share": 0.95}, "past_share must be a share of n_episodes=6 in whole episodes, got 0.95"),
+        ({"n_episodes": 1, "past_share": 0.5}, "past_share must be a share of n_episodes=1 in whole episodes, got 0.5"),
+        ({"n_trials": 10, "block_size": 11}, "block_size must be at most n_trials=10, got 11"),
+    ],
+)
+def test_a_share_of_no_whole_episode_and_a_block_of_too_many_trials_are_refused(fields: Any, line: str) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
+        EspConfig(**fields)
+    assert str(refused.value) == line

@@ -19,6 +19,8 @@ FIELDS = field_names(RunConfig)
 CHOSEN = [name for name in FIELDS if name != "preset"]
 """All that one may set: the preset's name is its first argument."""
 
+EARLIER = "cosample, previous_champion, hall_of_fame, mixed"
+
 
 def _described(text: str) -> dict[str, str]:
     """Option -> value, as a description shows them."""
@@ -55,8 +57,9 @@ def _get(config: RunConfig, name: str) -> Any:
         (["--seed", "007"], "seed", 7),
         (["--env.swap_captures", "TRUE"], "env.swap_captures", True),
         (["--env.predator_idle=False"], "env.predator_idle", False),
-        (["--esp.pairing", "hall_of_fame"], "esp.pairing", "hall_of_fame"),
-        (["--esp.pairing=mixed"], "esp.pairing", "mixed"),
+        (["--esp.past_choice", "contested"], "esp.past_choice", "contested"),
+        (["--esp.past_share=0.5"], "esp.past_share", 0.5),
+        (["--esp.pairing", "hall_of_fame"], "esp.past_share", 1.0),  # an earlier name
         (["--prey.controller", "monolithic"], "prey.controller", "monolithic"),
         (["--champion.method", "argmax"], "champion.method", "argmax"),
     ],
@@ -112,7 +115,7 @@ def test_fields_that_are_only_right_together_may_come_in_any_order() -> None:
         (["--esp.hof_mates", "6"], "esp.hof_mates must be at most the 5 breeding pairs, got 6"),
         (
             ["--esp.pairing", "5"],
-            "esp.pairing must be 'cosample', 'previous_champion', 'hall_of_fame' or 'mixed', got 5",
+            f"esp: pairing, an earlier name for past_share, must be one of {EARLIER}, got 5",
         ),
         (
             ["--predators.policy", "greedy_chase", "--prey.policy", "flee_nearest"],

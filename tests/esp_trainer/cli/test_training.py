@@ -104,10 +104,10 @@ def test_an_option_may_come_before_the_preset(esp_trainer: Callable[..., Any]) -
 
 
 def test_own_options_and_fields_may_be_mixed(esp_trainer: Callable[..., Any]) -> None:
-    options = ["--quiet", "--esp.pairing", "mixed", "--out", "here", "--generations=2", "--threads=1", "--seed", "9"]
+    options = ["--quiet", "--esp.past_share", "0.5", "--out", "here", "--generations=2", "--threads=1", "--seed", "9"]
     assert esp_trainer("train", "smoke", *options).code == 0
     config = RunDirectory("here").read_config()
-    assert (config.esp.pairing, config.generations, config.seed) == ("mixed", 2, 9)
+    assert (config.esp.past_share, config.generations, config.seed) == (0.5, 2, 9)
 
 
 def test_resume_goes_on_where_a_run_ended(esp_trainer: Callable[..., Any]) -> None:

@@ -199,29 +199,71 @@ def test_cosampled_teams_meet_in_one_batch_that_scores_both():
         assert generation.trials["prey"].caught == result.captured.mean()
 
 
-@pytest.mark.parametrize("pairing", ["previous_champion", "hall_of_fame", "mixed"])
-def test_in_other_pairings_each_side_has_trials_of_its_own_from_the_second_generation_on(pairing: str):
-    config = small(pairing=pairing)
+@pytest.mark.parametrize("choice", ["latest", "uniform"])
+def test_against_past_champions_alone_each_side_has_trials_of_its_own(choice: str):
+    config = small(past_share=1.0, past_choice=choice)
     evaluator = Spy(config.env)
     _, generations = evolve(config, 3, evaluator)
     assert len(evaluator.batches) == 3 + 4 + 4
     for first, number in ((3, 1), (7, 2)):
         own, others = evaluator.batches[first], evaluator.batches[first + 1]
         assert np.array_equal(own.starts, others.starts)
-        champions = {
-            role: np.array([g.champions[role].genomes for g in generations[:number]]) for role in ("predators", "prey")
-        }
         for batch, opponents in ((first, "prey"), (first + 1, "predators")):
-            teams = evaluator.teams[batch][opponents]
-            famous = np.array([[np.array_equal(team, c) for c in champions[opponents]] for team in teams])
-            if pairing == "previous_champion":
-                assert famous[:, -1].all()
-            elif pairing == "hall_of_fame":
-                assert famous.any(axis=1).all()
-                assert famous.any(axis=0).all()
-            else:
-                assert 0.2 < famous.any(axis=1).mean() < 0.8
-                assert famous.any(axis=0).all()
+            famous = are_champions(evaluator.teams[batch][opponents], generations[:number], opponents)
+            assert famous[:, -1].all() if choice == "latest" else famous.any(axis=1).all() and famous.any(axis=0).all()
+
+
+def are_champions(teams: np.ndarray, generations: list[Generation], role: str) -> np.ndarray:
+    """Which team is the champion of which generation, bool ``(n_teams, n_generations)``."""
+    champions = [generation.champions[role].genomes for generation in generations]  # type: ignore[index]
+    return np.array([[np.array_equal(team, champion) for champion in champions] for team in teams])
+
+
+@pytest.mark.parametrize("each_episode", [False, True])
+def test_a_share_of_every_trial_is_against_past_champions_and_the_rest_scores_both_sides(each_episode: bool):
+    config = small(n_episodes=3, past_share=2 / 3, past_each_episode=each_episode)
+    evaluator = Spy(config.env)
+    _, generations = evolve(config, 3, evaluator)
+    assert len(evaluator.batches) == 3 + 5 + 5
+    together, *own = evaluator.batches[8:11]
+    assert together.starts.shape[:2] == (40, 1)
+    expected = (80, 1) if each_episode else (40, 2)
+    assert [batch.starts.shape[:2] for batch in own] == [expected, expected]
+    assert np.array_equal(own[0].starts, own[1].starts)
+    both = FusedEvaluator(config.env).evaluate(replayed(together, evaluator.teams[8]))
+    for batch, role, opponents in ((9, "predators", "prey"), (10, "prey", "predators")):
+        famous = are_champions(evaluator.teams[batch][opponents], generations[:2], opponents)
+        assert famous.any(axis=1).all()
+        assert famous.any(axis=0).all()
+        past = FusedEvaluator(config.env).evaluate(replayed(evaluator.batches[batch], evaluator.teams[batch]))
+        apart = past.fitness_of(role).reshape(40, 2, -1)
+        fitness = np.concatenate([both.fitness_of(role), apart], axis=1).mean(axis=1)
+        np.testing.assert_allclose(generations[2].trials[role].fitness, fitness)
+
+
+def test_a_champion_is_remembered_to_win_as_far_as_it_won():
+    config = small(n_episodes=2, past_share=0.5)
+    evaluator = Spy(config.env)
+    run, _ = evolve(config, 2, evaluator)
+    assert run.evolving["prey"].hall_of_fame.met[:, 1].tolist() == [40, 0]
+    caught = FusedEvaluator(config.env).evaluate(replayed(evaluator.batches[4], evaluator.teams[4])).captured.mean()
+    assert run.evolving["prey"].hall_of_fame.met[0, 0] == pytest.approx(40 * (1 - caught))
+    caught = FusedEvaluator(config.env).evaluate(replayed(evaluator.batches[5], evaluator.teams[5])).captured.mean()
+    assert run.evolving["predators"].hall_of_fame.met[0, 0] == pytest.approx(40 * caught)
+
+
+def test_the_trials_of_a_block_have_the_same_starts_and_past_champions():
+    config = small(n_episodes=2, past_share=0.5, block_size=16)
+    evaluator = Spy(config.env)
+    evolve(config, 3, evaluator)
+    for number in (8, 9, 10):
+        starts = evaluator.batches[number].starts
+        assert all((block == block[0]).all() for block in (starts[:16], starts[16:32], starts[32:]))
+        assert (starts[0] != starts[16]).any()
+        assert (starts[16] != starts[32]).any()
+    for number, role in ((9, "prey"), (10, "predators")):
+        opponents = evaluator.teams[number][role]
+        assert all((block == block[0]).all() for block in (opponents[:16], opponents[16:32], opponents[32:]))
 
 
 def test_a_side_is_scored_only_by_its_own_trials():

@@ -115,3 +115,31 @@ def test_a_hall_holds_no_more_champions_than_its_size():
 def test_champions_of_another_number_of_generations_are_refused():
     with pytest.raises(ValueError, match="after 5 generations 3 champions are kept, got 5"):
         HallOfFame(np.zeros((5, *SHAPE), np.float32), 4, 5)
+
+
+# -- what is remembered of those who were met ------------------------------------------------------------------------
+
+
+def hall(n: int) -> HallOfFame:
+    return HallOfFame(np.array([champion(k) for k in range(n)], np.float32).reshape(-1, *SHAPE), ROOM, n)
+
+
+def test_results_are_added_to_nine_tenths_of_the_earlier_ones():
+    fame = hall(3).with_results(np.array([[0, 2], [2, 2]]), np.array([[1.0, 0.5], [0.0, 1.0]]))
+    assert fame.met.tolist() == [[1.0, 1.0], [0.0, 0.0], [1.5, 3.0]]
+    again = fame.with_results(np.array([1]), np.array([1.0]))
+    assert again.met == pytest.approx(np.array([[0.9, 0.9], [1.0, 1.0], [1.35, 2.7]]))
+    assert fame.met.tolist() == [[1.0, 1.0], [0.0, 0.0], [1.5, 3.0]]
+
+
+def test_a_rate_of_winning_begins_at_one_half():
+    assert hall(2).wins.tolist() == [0.5, 0.5]
+    fame = hall(2).with_results(np.array([0, 0, 0]), np.ones(3))
+    assert fame.wins.tolist() == [3.5 / 4, 0.5]
+
+
+def test_a_new_champion_was_never_met_and_those_that_stay_keep_their_results():
+    met = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]])
+    fame = HallOfFame(hall(4).champions, 4, 4, met).with_champion(champion(4))
+    assert fame.generations.tolist() == [0, 2, 4]
+    assert fame.met.tolist() == [[1.0, 2.0], [5.0, 6.0], [0.0, 0.0]]

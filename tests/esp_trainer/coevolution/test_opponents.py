@@ -1,96 +1,87 @@
-"""Whom teams meet in trials of their own."""
+"""Which past champions a generation meets, and how often each choice draws whom."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 import pytest
 
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
-from esp_trainer.coevolution.opponents import OPPONENTS
+from esp_trainer.coevolution.opponents import CHOICES, past_teams
 from esp_trainer.config import EspConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.esp.subpopulations import Subpopulations
-from esp_trainer.types import EvolvedTeams
 
-CONTROLLER = make_controller(SideConfig(n_hidden=3), np.array([[0, 1], [2, 3]]), 4)
-SIZE = 7
-N_TRIALS = 2000
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from esp_trainer.types import EvolvedTeams
+
+    Members = Callable[[EvolvedTeams], np.ndarray]
+
+CONTROLLER = make_controller(SideConfig(n_hidden=3), np.array([[0, 1], [2, 3]]), n_actions=4)
 SHAPE = (2, 2, 3, 6)  # agents, networks, hidden neurons, genes
+N_DRAWN = 40_000
 
 
-def side() -> Subpopulations:
-    """Subpopulations whose genes are the numbers 0 to 6 of their neurons."""
-    genomes = np.broadcast_to(np.arange(SIZE, dtype=np.float32)[:, None], (*SHAPE[:3], SIZE, 6)).copy()
-    return Subpopulations(EspConfig(subpopulation_size=SIZE, hof_mates=0), CONTROLLER, genomes)
-
-
-def fame(n: int = 4) -> HallOfFame:
+def fame(n: int = 4, met: np.ndarray | None = None) -> HallOfFame:
     """Champions whose genes are 100, 101, ..."""
-    hall = HallOfFame(np.empty((0, *SHAPE), np.float32), SIZE)
-    for number in range(n):
-        hall = hall.with_champion(np.full(SHAPE, 100 + number, np.float32))
-    return hall
+    champions = np.broadcast_to(np.arange(100, 100 + n, dtype=np.float32)[:, None, None, None, None], (n, *SHAPE))
+    return HallOfFame(champions, 100, n, met)
 
 
-def opponents(pairing: str, seed: int = 0, population: Subpopulations | None = None) -> EvolvedTeams:
-    return OPPONENTS[pairing](population or side(), fame(), N_TRIALS, np.random.default_rng(seed))
+def frequencies(choice: str, among: HallOfFame, seed: int = 0) -> np.ndarray:
+    drawn = CHOICES[choice](among, (N_DRAWN // 4, 4), np.random.default_rng(seed))
+    assert drawn.shape == (N_DRAWN // 4, 4)
+    return np.bincount(drawn.ravel(), minlength=len(among)) / N_DRAWN
 
 
-Members = Callable[[EvolvedTeams], np.ndarray]
+def wins(*rates: float) -> np.ndarray:
+    """What is remembered of champions that won so often in so many episodes that the prior does not matter."""
+    return np.array([[rate * 1e9, 1e9] for rate in rates])
 
 
-def test_there_are_opponents_for_every_pairing_but_cosampling():
-    assert {*OPPONENTS, "cosample"} == set(get_args(EspConfig.model_fields["pairing"].annotation))
+def test_every_choice_has_a_name_in_the_config():
+    assert set(CHOICES) == set(get_args(EspConfig.model_fields["past_choice"].annotation))
 
 
-def test_the_previous_champion_is_the_last_one_in_every_trial(members: Members):
-    teams = members(opponents("previous_champion"))
-    assert teams.shape == (N_TRIALS, *SHAPE)
-    assert (teams == 103).all()
+@pytest.mark.parametrize(
+    ("choice", "met", "expected"),
+    [
+        ("uniform", None, [1 / 4, 1 / 4, 1 / 4, 1 / 4]),
+        ("recent", None, [1 / 10, 2 / 10, 3 / 10, 4 / 10]),
+        ("latest", None, [0, 0, 0, 1]),
+        # Half way between the rates 0.1, 0.2, 0.5 and 1 are 0.15, 0.35 and 0.75.
+        ("spread", wins(0.2, 1.0, 0.1, 0.5), [0.2, 0.25, 0.15, 0.4]),
+        ("contested", wins(0.5, 0.2, 0.9, 0.5), np.array([0.25, 0.16, 0.09, 0.25]) / 0.75),
+        ("contested", wins(0.0, 1.0, 0.5, 0.0), np.array([0.02, 0.02, 0.25, 0.02]) / 0.31),
+        ("contested", None, [1 / 4, 1 / 4, 1 / 4, 1 / 4]),  # of whom nothing is known
+    ],
+)
+def test_champions_are_drawn_as_often_as_the_choice_says(choice: str, met: np.ndarray | None, expected: np.ndarray):
+    assert frequencies(choice, fame(met=met)) == pytest.approx(expected, abs=0.01)
 
 
-def test_the_hall_of_fame_sends_a_whole_champion_drawn_uniformly(members: Members):
-    teams = members(opponents("hall_of_fame")).reshape(N_TRIALS, -1)
-    assert (teams == teams[:, :1]).all()
-    counts = np.bincount(teams[:, 0].astype(int) - 100, minlength=4)
-    assert len(counts) == 4
-    assert (abs(counts / N_TRIALS - 0.25) < 0.05).all()
+def test_recent_counts_generations_and_not_places():
+    """Of 7 generations a hall of 4 keeps 0, 2, 4 and 6."""
+    hall = HallOfFame(fame().champions, 4, 7)
+    assert frequencies("recent", hall) == pytest.approx(np.array([1, 3, 5, 7]) / 16, abs=0.01)
 
 
-def test_mixed_opponents_are_champions_and_drawn_teams_half_and_half(members: Members):
-    teams = members(opponents("mixed")).reshape(N_TRIALS, -1)
-    famous = (teams >= 100).all(axis=1)
-    drawn = (teams < SIZE).all(axis=1)
-    assert (famous | drawn).all()
-    assert abs(famous.mean() - 0.5) < 0.05
-    assert (teams[famous] == teams[famous][:, :1]).all()
-    assert len(np.unique(teams[famous])) == 4
-    for subpopulation in teams[drawn].T:
-        assert (abs(np.bincount(subpopulation.astype(int), minlength=SIZE) / drawn.sum() - 1 / SIZE) < 0.05).all()
-    assert (teams[drawn] != teams[drawn][:, :1]).any()
-
-
-@pytest.mark.parametrize("pairing", OPPONENTS)
-def test_opponents_follow_from_their_generator(pairing: str, members: Members):
-    one, same, other = (members(opponents(pairing, seed)) for seed in (0, 0, 1))
+@pytest.mark.parametrize("choice", CHOICES)
+def test_choices_follow_from_their_generator(choice: str):
+    hall = fame(30, wins(*np.linspace(0.01, 0.99, 30)))
+    one, same, other = (CHOICES[choice](hall, (50, 3), np.random.default_rng(seed)) for seed in (0, 0, 1))
     assert np.array_equal(one, same)
-    assert np.array_equal(one, other) == (pairing == "previous_champion")
+    assert np.array_equal(one, other) == (choice == "latest")
 
 
-@pytest.mark.parametrize("pairing", OPPONENTS)
-def test_drawing_opponents_leaves_the_side_ready_to_be_asked(pairing: str):
-    population = side()
-    before = population.genomes.copy()
-    opponents(pairing, population=population)
-    assert np.array_equal(population.genomes, before)
-    population.ask(np.random.default_rng(0))
+@pytest.mark.parametrize("choice", CHOICES)
+def test_a_single_champion_is_enough(choice: str):
+    assert (CHOICES[choice](fame(1), (50,), np.random.default_rng(0)) == 0).all()
 
 
-@pytest.mark.parametrize("pairing", OPPONENTS)
-def test_a_single_champion_is_enough(pairing: str, members: Members):
-    teams = OPPONENTS[pairing](side(), fame(1), 50, np.random.default_rng(0))
-    assert np.isin(members(teams), [100, *range(SIZE)]).all()
-    assert (members(teams) == 100).any()
+def test_past_teams_are_the_whole_champions_in_their_places(members: Members):
+    teams = past_teams(CONTROLLER, fame(), np.array([3, 0, 3, 1]))
+    assert teams.genomes.shape[3] == 3  # those that are met, once each
+    assert (members(teams).reshape(4, -1) == np.array([[103], [100], [103], [101]])).all()

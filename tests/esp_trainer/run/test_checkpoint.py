@@ -65,7 +65,9 @@ def test_a_script_comes_back_from_the_config(tiny: RunConfig, tmp_path: Path) ->
     save_checkpoint(tmp_path / "c", config, new_sides(config), 0)
     sides, _ = load_checkpoint(tmp_path / "c", config)
     assert sides["prey"] == ScriptedTeams("flee_nearest")
-    assert set(read_arrays(tmp_path / "c", "checkpoint")[1]) == {"predators.genomes", "predators.hall_of_fame"}
+    assert set(read_arrays(tmp_path / "c", "checkpoint")[1]) == {
+        *("predators.genomes", "predators.hall_of_fame", "predators.met")
+    }
 
 
 @pytest.mark.parametrize("changed", [{"generations": 7}, {"checkpoint_every": 1}])
@@ -109,7 +111,7 @@ def test_the_checkpoint_of_another_config_is_refused_with_the_field_that_differs
 
 def test_the_checkpoint_of_a_config_with_more_or_fewer_fields_is_refused(tiny: RunConfig, saved: Path) -> None:
     _alter(saved, lambda header, _: header["config"]["esp"].update(later=3))
-    with pytest.raises(ValueError, match=r"esp\.later is 3 there and null in config\.json$"):
+    with pytest.raises(ValueError, match=r"is not a usable checkpoint: unknown field esp\.later"):
         load_checkpoint(saved, tiny)
     _alter(saved, lambda header, _: header.pop("config"))
     with pytest.raises(ValueError, match="belongs to another config"):

@@ -1,0 +1,86 @@
+"""The trials of a generation: whom each team meets, and what it earns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from esp_trainer.coevolution.sharing import share
+from esp_trainer.config import EspConfig
+from esp_trainer.types import EvolvedTeams, Fitness, Role, Teams, TrialResult
+
+
+@dataclass(frozen=True)
+class Part:
+    """Episodes of every trial against opponents of one kind."""
+
+    fitness: Fitness = field(repr=False)
+    """``(n_trials, n_episodes, n_agents)``."""
+    captured: np.ndarray = field(repr=False)
+    """bool ``(n_trials, n_episodes, n_prey)``."""
+    opponents: Teams
+    """One for each trial, or one for each episode of each trial."""
+    past: np.ndarray | None = field(default=None, repr=False)
+    """Their places in the hall of fame, int ``(n_trials, n_episodes)``; None if they are no past champions."""
+
+    @classmethod
+    def of(cls, result: TrialResult, role: Role, opponents: Teams, past: np.ndarray | None = None) -> Part:
+        """One side's part of a result; where ``past`` is given, its trials are the episodes one after the other."""
+        fitness, captured = result.fitness_of(role), result.captured
+        if past is not None:
+            fitness, captured = fitness.reshape(*past.shape, -1), captured.reshape(*past.shape, -1)
+        return cls(fitness, captured, opponents, past)
+
+    @property
+    def n_episodes(self) -> int:
+        """Of each trial."""
+        return int(self.fitness.shape[1])
+
+    def shared(self) -> Fitness:
+        """The mean over episodes of each agent's share of what was earned against the same opponents; see
+        :func:`~.sharing.share`.
+        """
+        n_trials, _, n_agents = self.fitness.shape
+        met = len(self.opponents.indices) if isinstance(self.opponents, EvolvedTeams) else n_trials
+        each = share(self.fitness.reshape(met, -1, n_agents).mean(axis=1), self.opponents)
+        return np.asarray(each.reshape(n_trials, -1, n_agents).mean(axis=1))
+
+
+@dataclass(frozen=True)
+class Trials:
+    """What one side's trials brought."""
+
+    fitness: Fitness = field(repr=False)
+    """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
+    earned: Fitness = field(repr=False)
+    """What its neurons are bred by, of the same shape: the fitness, or the share of it, less the mean of the block."""
+    caught: float
+    """Share of prey caught."""
+
+
+def summarise(parts: Sequence[Part], esp: EspConfig) -> Trials:
+    """Return what trials brought, from their episodes against opponents of each kind."""
+    n_episodes = sum(part.n_episodes for part in parts)
+    fitness = sum(part.fitness.sum(axis=1) for part in parts) / n_episodes
+    caught = sum(part.n_episodes * float(part.captured.mean()) for part in parts) / n_episodes
+    earned = fitness
+    if esp.fitness_sharing:
+        earned = sum(part.n_episodes * part.shared() for part in parts) / n_episodes
+    return Trials(fitness, centred(earned, esp.block_size), caught)
+
+
+def centred(fitness: Fitness, block_size: int) -> Fitness:
+    """Fitness ``(n_trials, n_agents)`` less its mean over each block of trials; of blocks of one, as it is."""
+    if block_size == 1:
+        return fitness
+    begins = np.arange(0, len(fitness), block_size)
+    sizes = np.diff(begins, append=len(fitness))
+    means = np.add.reduceat(fitness, begins, axis=0) / sizes[:, None]
+    return fitness - np.repeat(means, sizes, axis=0)
+
+
+def by_block(values: np.ndarray, block_size: int, n_trials: int) -> np.ndarray:
+    """A row for each trial from a row for each block."""
+    return values if block_size == 1 else np.repeat(values, block_size, axis=0)[:n_trials]
