@@ -19,7 +19,8 @@ from esp_trainer.cli.training import quoted
 from esp_trainer.cluster import connected
 from esp_trainer.cores import cores
 from esp_trainer.files import write
-from esp_trainer.run.directory import Lock, RunDirectory, Tail
+from esp_trainer.run.directory import RunDirectory, Tail
+from esp_trainer.run.lock import Lock
 from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.plan import PlannedRun, plan_of

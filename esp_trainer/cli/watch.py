@@ -26,7 +26,8 @@ from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.directory import Lock, RunDirectory, Tail
+from esp_trainer.run.directory import RunDirectory, Tail
+from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 

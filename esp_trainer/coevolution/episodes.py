@@ -1,29 +1,40 @@
-"""Episodes as the algorithm needs them: played, and with a fitness that can be compared."""
+"""Episodes as the algorithm needs them: played, and with results that can be compared."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from esp_trainer.types import ROLES, Evaluator, TrialBatch, TrialResult
 
+_MOST = 1e100  # of which so many can be added up
+
 
 def play(evaluator: Evaluator, batch: TrialBatch) -> TrialResult:
     """Play a batch.
 
-    Raises :class:`ValueError` if the evaluator returns a fitness of another shape than the batch, or one that is not
-    finite: whose, and in which episode.
+    Raises :class:`ValueError` if the evaluator returns arrays of another shape or kind than
+    :class:`~esp_trainer.types.TrialResult` has, or a fitness that is not finite: whose, and in which episode.
     """
     result = evaluator.evaluate(batch)
-    if result.fitness.shape[:2] != batch.starts.shape[:2]:
-        expected = "{} trials of {} episodes".format(*batch.starts.shape[:2])
-        raise ValueError(f"the evaluator must return the fitness of {expected}, got shape {result.fitness.shape}")
+    fitness, captured = np.asarray(result.fitness), np.asarray(result.captured)
+    shape, n_prey = batch.starts.shape[:2], captured.shape[-1] if captured.ndim else 0
+    if captured.dtype != np.bool_ or captured.shape != (*shape, n_prey) or not n_prey:
+        raise ValueError(_expected("captured, bool", (*shape, "n_prey"), captured))
+    if fitness.dtype.kind not in "fiu" or fitness.ndim != 3 or fitness.shape[:2] != shape or fitness.shape[2] <= n_prey:
+        raise ValueError(_expected("fitness, float", (*shape, "n_agents"), fitness))
+    result = replace(result, fitness=fitness.astype(np.float64, copy=False), captured=captured)
     for role in ROLES:
-        fitness = result.fitness_of(role)
-        wrong = np.argwhere(~np.isfinite(fitness))
+        own = result.fitness_of(role)
+        wrong = np.argwhere(~(np.abs(own) <= _MOST))
         if len(wrong):
             trial, episode, agent = wrong[0].tolist()
-            got = fitness[trial, episode, agent]
-            raise ValueError(
-                f"fitness must be finite, got {got} for agent {agent} of the {role} in trial {trial}, episode {episode}"
-            )
+            whose = f"agent {agent} of the {role} in trial {trial}, episode {episode}"
+            raise ValueError(f"fitness must be finite, got {own[trial, episode, agent]} for {whose}")
     return result
+
+
+def _expected(what: str, shape: tuple[object, ...], got: np.ndarray) -> str:
+    wanted = f"{what} of shape ({', '.join(map(str, shape))})"
+    return f"the evaluator must return {wanted}, got {got.dtype} of shape {got.shape}"

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
-from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
+from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
@@ -48,13 +50,33 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
 
 def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], int]:
     """Both sides, and how many generations they have behind them."""
-    header, arrays = read_arrays(path, "checkpoint")
-    try:
-        different = difference(RunConfig.from_dict(header.get("config", {})).model_dump(), config.model_dump())
-        if different:
-            raise OtherConfigError(f"{path} belongs to another config: {different} in config.json")
+    with _usable(path):
+        header, arrays = _read(path, config)
         return _restore(config, arrays, header["sides"], int(header["generations"])), int(header["generations"])
-    except OtherConfigError:
+
+
+def generations_in(path: Path, config: RunConfig) -> int:
+    """How many generations a checkpoint has behind it; 0 if there is none."""
+    if not path.exists():
+        return 0
+    with _usable(path):
+        return int(_read(path, config)[0]["generations"])
+
+
+def _read(path: Path, config: RunConfig) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    header, arrays = read_arrays(path, "checkpoint")
+    different = difference(RunConfig.from_dict(header.get("config", {})).model_dump(), config.model_dump())
+    if different:
+        raise OtherConfigError(f"{path} belongs to another config: {different} in config.json")
+    return header, arrays
+
+
+@contextmanager
+def _usable(path: Path) -> Iterator[None]:
+    """Let errors in the contents of a checkpoint name it."""
+    try:
+        yield
+    except (OtherConfigError, DamagedFileError):
         raise
     except KeyError as error:
         raise DamagedFileError(f"{path} is not a usable checkpoint: {error.args[0]} is missing") from None
@@ -64,11 +86,15 @@ def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], in
 
 def check_algorithms(path: Path, config: RunConfig) -> None:
     """Raise :class:`ValueError` if a checkpoint holds a side that the config alone cannot go on with."""
-    saved = read_arrays(path, "checkpoint")[0].get("algorithms", {})
-    for role, side in new_sides(config).items():
-        ours = _algorithm(side)
-        if saved.get(role, ours) != ours:
-            raise ValueError(f"{path}: the {role} come from {saved[role]}, and resume can go on with {ours} only")
+    for role, saved in read_arrays(path, "checkpoint")[0].get("algorithms", {}).items():
+        ours = side_config(config, role).policy
+        if saved != ours:
+            raise ValueError(f"{path}: the {role} come from {saved}, and resume can go on with {ours} only")
+
+
+def follow_from(config: RunConfig, sides: dict[Role, Side]) -> bool:
+    """Whether the config says all of who breeds or plays the sides."""
+    return all(_algorithm(side) == side_config(config, role).policy for role, side in sides.items())
 
 
 def _algorithm(side: Side) -> str:

@@ -11,29 +11,18 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from time import sleep
 from typing import Any
 
 from esp_trainer.config import RunConfig
 from esp_trainer.files import SCHEMA, DamagedFileError, naming, to_json, write
+from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
-
-# What file systems answer that do not know locks: FUSE and Lustre, NFS without its lock daemon or of a directory.
-_CANNOT_LOCK = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EBADF, errno.EINVAL)
-
-_MOMENT = 0.02  # seconds
 
 
 def versions() -> dict[str, str]:
@@ -54,19 +43,20 @@ class RunDirectory:
         self._lock: Lock | None = None
         self._made: list[Path] = []
 
-    def create(self, config: RunConfig) -> None:
+    def create(self, config: RunConfig) -> Lock:
         """Begin a run here, with the lock; a directory that holds anything already is left as it is and refused."""
         self._check_free()
         try:
             self._make(self.path)
-            self.lock()
+            lock = self.lock()
             self._check_free()  # of two that start at once, one got the lock
             self._make(self.champions)
             self.write_config(config)
             self._made.append(self.config_file)
-        except OSError:
+        except BaseException:  # Ctrl-C too
             self.discard()
             raise
+        return lock
 
     def _check_free(self) -> None:
         if self.config_file.exists():
@@ -93,14 +83,10 @@ class RunDirectory:
         self._made.clear()
         self.unlock()
 
-    @property
-    def locked(self) -> bool:
-        """Whether :meth:`lock` was called, and :meth:`unlock` was not."""
-        return self._lock is not None
-
-    def lock(self) -> None:
-        """Keep everybody else out until this process ends or :meth:`unlock` is called."""
+    def lock(self) -> Lock:
+        """Keep everybody else out until this process ends, the lock is released or :meth:`unlock` is called."""
         self._lock = Lock(self.path)
+        return self._lock
 
     def unlock(self) -> None:
         """Let others in."""
@@ -171,63 +157,6 @@ class RunDirectory:
             for generation in self.champion_generations(role):
                 if generation not in generations:
                     self.champion_file(role, generation).unlink()
-
-
-class Lock:
-    """Keeps everybody else who asks out of a directory.
-
-    Systems and file systems that cannot lock let everybody in.
-
-    Raises :class:`BlockingIOError` if somebody else has the lock.
-    """
-
-    def __init__(self, directory: Path) -> None:
-        self._process = os.getpid()
-        self._descriptor: int | None = None
-        if fcntl is None:
-            return
-        descriptor = os.open(directory, os.O_RDONLY)
-        try:
-            _flock(descriptor)
-            self._descriptor = descriptor
-        except BlockingIOError:
-            raise BlockingIOError(f"{directory} is in use by another process or trainer") from None
-        except OSError as error:
-            if error.errno not in _CANNOT_LOCK:
-                raise
-        finally:
-            if self._descriptor is None:
-                os.close(descriptor)
-
-    def release(self) -> None:
-        """Let others in."""
-        if self._descriptor is None:
-            return
-        if os.getpid() == self._process:  # a forked process may still hold a copy of the descriptor, and the lock by it
-            with suppress(OSError):
-                fcntl.flock(self._descriptor, fcntl.LOCK_UN)
-        os.close(self._descriptor)
-        self._descriptor = None
-
-    @classmethod
-    def is_free(cls, directory: Path) -> bool:
-        """Return whether nobody has the lock of a directory; False where systems cannot lock and nobody knows."""
-        try:
-            lock = cls(directory)
-        except OSError:
-            return False
-        free = lock._descriptor is not None
-        lock.release()
-        return free
-
-
-def _flock(descriptor: int) -> None:
-    for _ in range(2):  # who asks whether it is free has it for a moment
-        with suppress(BlockingIOError):
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return
-        sleep(_MOMENT)
-    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 class Log:

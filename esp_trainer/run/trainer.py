@@ -15,8 +15,16 @@ from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import sync_directory
-from esp_trainer.run.checkpoint import NO_MATTER, check_algorithms, load_checkpoint, save_checkpoint
-from esp_trainer.run.directory import Log, RunDirectory, versions, whole_lines
+from esp_trainer.run.checkpoint import (
+    NO_MATTER,
+    check_algorithms,
+    follow_from,
+    generations_in,
+    load_checkpoint,
+    save_checkpoint,
+)
+from esp_trainer.run.directory import Log, RunDirectory, records, versions
+from esp_trainer.run.lock import Lock
 from esp_trainer.types import Evaluator
 
 
@@ -27,8 +35,11 @@ class Trainer:
     :meth:`resume` the run.
     """
 
-    def __init__(self, directory: RunDirectory, config: RunConfig, coevolution: Coevolution, saved: int) -> None:
+    def __init__(
+        self, directory: RunDirectory, config: RunConfig, coevolution: Coevolution, saved: int, lock: Lock
+    ) -> None:
         self.directory = directory
+        self._lock = lock
         self.config = config
         self.coevolution = coevolution
         self._saved = saved  # generations in the checkpoint
@@ -40,9 +51,9 @@ class Trainer:
     @classmethod
     def start(cls, directory: RunDirectory, config: RunConfig, make: Callable[[RunConfig], Evaluator]) -> Trainer:
         """A new run in an empty directory; ``make`` gives it its evaluator."""
-        directory.create(config)
+        lock = directory.create(config)
         try:
-            return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0)
+            return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0, lock)
         except BaseException:  # Ctrl-C while the kernel compiles, say
             directory.discard()
             raise
@@ -53,7 +64,7 @@ class Trainer:
     ) -> Trainer:
         """The run of a directory from its last checkpoint, if need be to another number of generations."""
         config = directory.read_config()
-        directory.lock()
+        lock = directory.lock()
         try:
             wanted = config.replace(generations=generations) if generations else config
             sides, done = new_sides(config), 0
@@ -66,7 +77,7 @@ class Trainer:
             _keep_champions(directory, wanted, done)
             if wanted != config:
                 directory.write_config(wanted)
-            return cls(directory, wanted, Coevolution(wanted, sides, make(wanted)), done)
+            return cls(directory, wanted, Coevolution(wanted, sides, make(wanted)), done, lock)
         except BaseException:
             directory.unlock()
             raise
@@ -83,11 +94,14 @@ class Trainer:
     def generations(self) -> Iterator[Generation]:
         """Run, and hand out each generation once it is on disk; a call goes on where the one before it ended.
 
-        Raises :class:`BlockingIOError` if somebody else is at work on the run, and :class:`ValueError` if somebody else
-        has gone on with it since an earlier call.
+        Raises :class:`BlockingIOError` if somebody else is at work on the run, and :class:`ValueError` if it is no
+        longer as an earlier call left it.
         """
         if self._going and (earlier := self._going()):  # a notebook keeps the loop of a cell that was interrupted
-            earlier.close()
+            try:
+                earlier.close()
+            except ValueError:
+                raise BlockingIOError(f"{self.directory.path} is in use by another thread") from None
         generations = self._run()
         self._going = weakref.ref(generations)  # or who breaks out of the loop would not end it
         return generations
@@ -96,6 +110,8 @@ class Trainer:
         with ExitStack() as held:  # let go in any case: a log that does not fit on the disk cannot even be closed
             held.callback(self._let_go)
             self._take_up()
+            if not self.done and not follow_from(self.config, self.coevolution.sides):
+                self._write_checkpoint()  # so that resume knows from the beginning that it cannot go on with them
             metrics = held.enter_context(closing(Log(self.directory.metrics_file)))
             timing = held.enter_context(closing(Log(self.directory.timing_file)))
             while self.done < self.config.generations and not self._stopping:
@@ -114,17 +130,18 @@ class Trainer:
 
     def _take_up(self) -> None:
         """Lock the directory again after an earlier call, and undo what that call left half done."""
-        if self.directory.locked:
+        if self._lock.held:
             return
-        self.directory.lock()
-        saved, logged = 0, len(whole_lines(self.directory.metrics_file))
-        if self.directory.checkpoint_file.exists():
-            saved = load_checkpoint(self.directory.checkpoint_file, self.config)[1]
-        if not self._saved <= saved <= self.done <= logged:
-            raise ValueError(f"somebody else went on with {self.directory.path}: go on from there by Trainer.resume")
+        self._lock = self.directory.lock()
+        saved, logged = (
+            generations_in(self.directory.checkpoint_file, self.config),
+            records(self.directory.metrics_file),
+        )
+        if not self._saved <= saved <= self.done <= len(logged):
+            left = f"{self.directory.path} is no longer as this trainer left it after {self.done} generations"
+            raise ValueError(f"{left}: go on by Trainer.resume")
         self._saved = saved
         self.directory.rewind(self.done)
-        _keep_champions(self.directory, self.config, self.done)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the loop that is under way out of copies and pickles."""
@@ -132,7 +149,7 @@ class Trainer:
 
     def _let_go(self) -> None:
         self._stopping = False
-        self.directory.unlock()
+        self._lock.release()
 
     def _save_checkpoint(self, metrics: Log) -> None:
         """Write a checkpoint, unless there is one of this generation."""
@@ -140,10 +157,13 @@ class Trainer:
             return
         metrics.sync()  # a checkpoint never knows more generations than the log and the champions
         sync_directory(self.directory.champions)
+        self._write_checkpoint()
+        _keep_champions(self.directory, self.config, self.done)
+
+    def _write_checkpoint(self) -> None:
         save_checkpoint(self.directory.checkpoint_file, self.config, self.coevolution.sides, self.done)
         self._saved = self.done
         sync_directory(self.directory.path)
-        _keep_champions(self.directory, self.config, self.done)
 
     def _save_champions(self, generation: Generation, held_out: dict[str, Any]) -> None:
         config = self.config
@@ -183,10 +203,8 @@ def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
         },
         "champions": {role: champion.score for role, champion in generation.champions.items()},
         "subpopulations": {
-            role: _rounded(
-                spread._asdict() | {"signal": generation.signals[role].share, "ties": generation.signals[role].ties}
-            )
-            for role, spread in generation.spreads.items()
+            role: _rounded(spread._asdict() | {"signal": signal.share, "ties": signal.ties})
+            for (role, spread), signal in zip(generation.spreads.items(), generation.signals.values(), strict=True)
         },
         "held_out": held_out,
     }

@@ -149,7 +149,7 @@ BAD = {
     "unknown policy nobody; nothing is named like it": ("--policy", "nobody", *QUICK),
     "expected prey, got intercept, a script of predators": ("--policy", "intercept", *QUICK),
     "expected prey, got a team of predators": ("--policy", PREDATORS, *QUICK),
-    "argument --task: invalid choice: '1v1' (choose from '3v2', '3v1')": (
+    "argument --task: invalid choice: '1v1'; did you mean 3v1?": (
         "--policy",
         "x",
         "--role",
@@ -157,7 +157,7 @@ BAD = {
         "--task",
         "1v1",
     ),
-    "argument --role: invalid choice: 'wolves' (choose from 'predators', 'prey')": (
+    "argument --role: invalid choice: 'wolves' (choose from predators, prey)": (
         "--policy",
         "x",
         "--role",

@@ -120,7 +120,7 @@ def test_of_a_run_that_somebody_does_it_says_nothing_until_they_stop(
     at_work = RunDirectory(unfinished)
     at_work.lock()
     changes = iter([lambda: False, at_work.unlock, at_work.lock, at_work.unlock, lambda: True])
-    monkeypatch.setattr(Keyboard, "pressed", lambda *_: bool(next(changes)()))
+    monkeypatch.setattr(Keyboard, "pressed", lambda *_: next(changes)() is True)
     assert esp_trainer("watch", unfinished).err.count("nobody on this machine is at work") == 2
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from esp_trainer.config import ChampionConfig, EspConfig, RunConfig
 from esp_trainer.presets import preset
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.trainer import Trainer
+from esp_trainer.types import TrialResult
 
 CONFIG = RunConfig(
     generations=2,
@@ -54,11 +56,62 @@ def test_a_fitness_that_is_not_finite_is_refused_with_whose_it_is(
     assert run.done == 0
 
 
-def test_a_fitness_of_another_shape_is_refused(fake_evaluator: Any):
-    run = Coevolution(CONFIG, new_sides(CONFIG), fake_evaluator(lambda *_: np.ones((16, 1, 5))))
-    with pytest.raises(
-        ValueError, match=r"must return the fitness of 16 trials of 2 episodes, got shape \(16, 1, 5\)$"
-    ):
+FITNESS, CAPTURED = "fitness, float of shape (16, 2, n_agents)", "captured, bool of shape (16, 2, n_prey)"
+
+
+class Wrong:
+    """An evaluator whose results are changed."""
+
+    def __init__(self, evaluator: Any, **changes: Any) -> None:
+        self.starts, self._evaluator, self._changes = evaluator.starts, evaluator, changes
+
+    def evaluate(self, batch: Any) -> TrialResult:
+        result = self._evaluator.evaluate(batch)
+        return replace(result, **{name: change(getattr(result, name)) for name, change in self._changes.items()})
+
+
+@pytest.mark.parametrize(
+    ("changes", "got"),
+    [
+        ({"fitness": lambda a: a[:, :1]}, FITNESS + ", got float64 of shape (16, 1, 5)"),
+        (
+            {"fitness": lambda a: a[..., :2]},
+            FITNESS + ", got float64 of shape (16, 2, 2)",
+        ),
+        (
+            {"fitness": lambda a: a.astype("O")},
+            FITNESS + ", got object of shape (16, 2, 5)",
+        ),
+        (
+            {"fitness": lambda a: a.astype("?")},
+            FITNESS + ", got bool of shape (16, 2, 5)",
+        ),
+        ({"fitness": lambda a: 3.0}, FITNESS + ", got float64 of shape ()"),
+        (
+            {"captured": lambda a: a + np.nan},
+            CAPTURED + ", got float64 of shape (16, 2, 2)",
+        ),
+        ({"captured": lambda a: a[:1]}, CAPTURED + ", got bool of shape (1, 2, 2)"),
+    ],
+)
+def test_results_of_another_shape_or_kind_are_refused(changes: dict[str, Any], got: str, fake_evaluator: Any):
+    evaluator = Wrong(fake_evaluator(lambda _, __, starts: np.ones((*starts.shape, 5))), **changes)
+    with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
+        Coevolution(CONFIG, new_sides(CONFIG), evaluator).step(0)
+    assert str(refused.value) == f"the evaluator must return {got}"
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_fitness_whose_sum_overflows_is_refused_with_whose_it_is(kind: type, fake_evaluator: Any):
+    largest = np.finfo(np.float64).max if kind is np.float64 else 1e38
+    evaluator = Wrong(
+        fake_evaluator(lambda _, __, starts: np.ones((*starts.shape, 5))), fitness=lambda a: (largest * a).astype(kind)
+    )
+    run = Coevolution(CONFIG, new_sides(CONFIG), evaluator)
+    if kind is np.float32:  # added up with more digits
+        assert run.step(0).trials["prey"].fitness.max() == pytest.approx(1e38)
+        return
+    with pytest.raises(ValueError, match=r"for agent 0 of the predators in trial 0, episode 0$"):
         run.step(0)
 
 

@@ -245,6 +245,20 @@ def test_a_side_that_another_algorithm_bred_is_not_gone_on_with_by_esp(
     assert trainer.done == 6
 
 
+def test_what_another_algorithm_bred_is_known_before_its_first_checkpoint(
+    tiny: RunConfig, tmp_path: Path, start: Any, resume: Any, snapshot: Any
+) -> None:
+    trainer = start(tmp_path, tiny)
+    side = trainer.coevolution.sides["prey"]
+    side.subpopulations = _Mine(tiny.esp, side.subpopulations.controller, side.subpopulations.genomes)
+    next(trainer.generations())
+    trainer.directory.unlock()
+    before = snapshot(tmp_path)
+    with pytest.raises(ValueError, match="resume can go on with esp only"):
+        resume(tmp_path)
+    assert snapshot(tmp_path) == before
+
+
 def test_a_side_that_somebodys_team_played_is_not_gone_on_with_by_esp(
     tiny: RunConfig, tmp_path: Path, start: Any, resume: Any
 ) -> None:

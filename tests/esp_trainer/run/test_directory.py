@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.directory import Lock, Log, RunDirectory, versions, whole_lines
+from esp_trainer.run.directory import Log, RunDirectory, versions, whole_lines
+from esp_trainer.run.lock import Lock
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -293,5 +294,5 @@ def test_who_only_looks_whether_a_lock_is_free_keeps_nobody_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     looking = Lock(tmp_path)
-    monkeypatch.setattr("esp_trainer.run.directory.sleep", lambda _: looking.release())
+    monkeypatch.setattr("esp_trainer.run.lock.sleep", lambda _: looking.release())
     Lock(tmp_path).release()

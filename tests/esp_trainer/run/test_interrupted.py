@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import os
 import pickle
 import sys
+import threading
 from copy import deepcopy
 from itertools import islice
 from pathlib import Path
@@ -19,12 +21,19 @@ from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.run import trainer as trainer_module
 from esp_trainer.run.directory import Log, RunDirectory
+from esp_trainer.run.trainer import Trainer
+from esp_trainer.types import ScriptedTeams
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType
 
     from esp_trainer.config import RunConfig
+
+
+def _evaluator(config: RunConfig) -> FusedEvaluator:
+    return FusedEvaluator(config.env, threads=1)
+
 
 FULL = OSError(errno.ENOSPC, "No space left on device")
 LOST = ConnectionError("the cluster lost a task")
@@ -192,7 +201,7 @@ def test_a_trainer_whose_run_went_on_without_it_refuses(
     trainer = start(tmp_path / "run", tiny)
     list(islice(trainer.generations(), 2))
     list(islice(resume(tmp_path / "run").generations(), 3))
-    with pytest.raises(ValueError, match=r"^somebody else went on with .*run: go on from there by Trainer.resume$"):
+    with pytest.raises(ValueError, match=r"left it after 2 generations: go on by Trainer.resume$"):
         list(trainer.generations())
     list(resume(tmp_path / "run").generations())
     assert snapshot(tmp_path / "run") == uninterrupted(tiny)
@@ -212,3 +221,86 @@ def test_a_copy_of_a_trainer_does_not_hold_the_lock_and_does_not_take_it_away(
     with pytest.raises(BlockingIOError):
         resume(tmp_path)
     assert len(list(generations)) == 5
+
+
+def test_trainers_of_one_directory_object_keep_each_other_out(
+    tiny: RunConfig, tmp_path: Path, snapshot: Any, uninterrupted: Any
+) -> None:
+    directory = RunDirectory(tmp_path / "run")
+    first = Trainer.start(directory, tiny, _evaluator)
+    list(islice(first.generations(), 3))
+    second = Trainer.resume(directory, _evaluator)
+    with pytest.raises(BlockingIOError):
+        list(first.generations())
+    assert len(list(second.generations())) == 4  # from the checkpoint of two
+    with pytest.raises(ValueError, match="no longer as this trainer left it after 3 generations"):
+        list(first.generations())
+    assert snapshot(tmp_path / "run") == uninterrupted(tiny)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows cannot fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_fork_of_a_trainer_does_not_play_beside_it(
+    tiny: RunConfig, tmp_path: Path, start: Any, snapshot: Any, uninterrupted: Any
+) -> None:
+    trainer = start(tmp_path / "run", tiny)
+    child = os.fork()
+    if child == 0:
+        try:
+            next(trainer.generations())
+        except BlockingIOError:
+            os._exit(0)
+        os._exit(1)
+    assert os.waitpid(child, 0)[1] == 0
+    list(trainer.generations())
+    assert snapshot(tmp_path / "run") == uninterrupted(tiny)
+
+
+def test_who_goes_on_after_a_break_leaves_the_champions_of_the_checkpoint(
+    tiny: RunConfig, tmp_path: Path, start: Any
+) -> None:
+    """A hall of three keeps 0, 1 and 2 after three generations, and 0, 2 and 3 after four."""
+    trainer = start(tmp_path, tiny.replace(checkpoint_every=3, esp=tiny.esp.replace(hof_size=3)))
+    list(islice(trainer.generations(), 4))
+    next(trainer.generations())
+    assert trainer.directory.champion_generations("prey") == [0, 1, 2, 3, 4]
+
+
+def test_a_side_that_was_replaced_by_a_script_goes_on_after_a_break(
+    tiny: RunConfig, tmp_path: Path, start: Any
+) -> None:
+    trainer = start(tmp_path, tiny)
+    trainer.coevolution.sides["prey"] = ScriptedTeams("random")
+    list(islice(trainer.generations(), 3))
+    assert [generation.number for generation in trainer.generations()] == [3, 4, 5]
+
+
+def test_an_interrupt_while_a_run_is_begun_leaves_nothing(
+    tiny: RunConfig, tmp_path: Path, start: Any, fail: Any
+) -> None:
+    fail(RunDirectory, "write_config", 1, False, CTRL_C)
+    with pytest.raises(KeyboardInterrupt):
+        start(tmp_path / "run", tiny)
+    assert not (tmp_path / "run").exists()
+    assert len(list(start(tmp_path / "run", tiny).generations())) == 6
+
+
+def test_a_second_thread_is_told_that_the_first_is_at_work(tiny: RunConfig, tmp_path: Path, start: Any) -> None:
+    trainer = start(tmp_path, tiny)
+    told: list[str] = []
+
+    def ask() -> None:
+        try:
+            trainer.generations()
+        except BlockingIOError as error:
+            told.append(str(error))
+
+    def evaluate_and_ask(batch: Any) -> Any:
+        thread = threading.Thread(target=ask)
+        thread.start()
+        thread.join()
+        return FusedEvaluator.evaluate(trainer.coevolution.evaluator, batch)
+
+    trainer.coevolution.evaluator.evaluate = evaluate_and_ask
+    next(trainer.generations())
+    assert set(told) == {f"{tmp_path} is in use by another thread"}

@@ -1,0 +1,87 @@
+"""One process or trainer at a time works in a directory."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+from time import sleep
+from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+# What file systems answer that do not know locks: FUSE and Lustre, NFS without its lock daemon or of a directory.
+_CANNOT_LOCK = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EBADF, errno.EINVAL)
+
+_MOMENT = 0.02  # seconds
+
+
+class Lock:
+    """Keeps everybody else who asks out of a directory.
+
+    Systems and file systems that cannot lock let everybody in.
+
+    Raises :class:`BlockingIOError` if somebody else has the lock.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self._process: int | None = os.getpid()
+        self._descriptor: int | None = None
+        if fcntl is None:
+            return
+        descriptor = os.open(directory, os.O_RDONLY)
+        try:
+            _flock(descriptor)
+            self._descriptor = descriptor
+        except BlockingIOError:
+            raise BlockingIOError(f"{directory} is in use by another process or trainer") from None
+        except OSError as error:
+            if error.errno not in _CANNOT_LOCK:
+                raise
+        finally:
+            if self._descriptor is None:
+                os.close(descriptor)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Let a copy or a pickle hold nothing."""
+        return {"_process": None, "_descriptor": None}
+
+    @property
+    def held(self) -> bool:
+        """Whether this process has the lock; a fork of it has not."""
+        return self._process == os.getpid()
+
+    def release(self) -> None:
+        """Let others in."""
+        held, self._process = self.held, None
+        if self._descriptor is None:
+            return
+        if held:  # a forked process may still hold a copy of the descriptor, and the lock by it
+            with suppress(OSError):
+                fcntl.flock(self._descriptor, fcntl.LOCK_UN)
+        os.close(self._descriptor)
+        self._descriptor = None
+
+    @classmethod
+    def is_free(cls, directory: Path) -> bool:
+        """Return whether nobody has the lock of a directory; False where systems cannot lock and nobody knows."""
+        try:
+            lock = cls(directory)
+        except OSError:
+            return False
+        free = lock._descriptor is not None
+        lock.release()
+        return free
+
+
+def _flock(descriptor: int) -> None:
+    for _ in range(2):  # who asks whether it is free has it for a moment
+        with suppress(BlockingIOError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        sleep(_MOMENT)
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
