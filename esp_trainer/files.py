@@ -14,7 +14,7 @@ import os
 import shutil
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ class DamagedFileError(ValueError):
 
 
 def write(path: Path, data: bytes) -> None:
-    """Put a file in place whole: written beside it, synced, renamed. It keeps its mode.
+    """Put a file in place whole: written beside it, synced, renamed. It keeps its mode, where the system can.
 
     A symbolic link stays, and the file that it points to is written. Some things are written to instead of replaced:
     what is no file (a pipe, say), where standard output goes, and a file whose directory takes no other.
@@ -65,10 +65,11 @@ def _replace(place: Path, data: bytes) -> None:
         with beside.open("wb") as file:
             if place.exists():
                 place.open("ab").close()  # a file that may not be written stays
-                shutil.copymode(place, beside)
+                with suppress(OSError):  # some file systems know no modes, or give them themselves
+                    shutil.copymode(place, beside)
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            sync(file.fileno())
         beside.replace(place)
     except BaseException:  # Ctrl-C too
         beside.unlink(missing_ok=True)
@@ -128,15 +129,29 @@ def in_words(error: OSError) -> str:
     return f"{where}{error.strerror}" if error.strerror else str(error)
 
 
+def sync(descriptor: int) -> None:
+    """Wait until an open file is on disk, where the system can."""
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in _CANNOT_SYNC:
+            raise
+
+
+_CANNOT_SYNC = (errno.ENOSYS, errno.EINVAL, errno.EBADF, errno.EOPNOTSUPP, errno.ENOTSUP)
+"""Errors of file systems that sync no directories, or nothing at all."""
+
+
 def sync_directory(directory: Path) -> None:
     """Wait until the names of the files in a directory are on disk, where the system can."""
     if os.name == "nt":
         return
-    descriptor = os.open(directory, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    with naming(directory):
+        descriptor = os.open(directory, os.O_RDONLY)
+        try:
+            sync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def to_json(value: Any) -> bytes:

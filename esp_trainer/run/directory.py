@@ -12,7 +12,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from importlib.metadata import version
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from esp_trainer.config import RunConfig
-from esp_trainer.files import SCHEMA, DamagedFileError, naming, to_json, write
+from esp_trainer.files import SCHEMA, DamagedFileError, naming, sync, to_json, write
 from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
 
@@ -173,9 +172,9 @@ class Log:
             self._file.flush()
 
     def sync(self) -> None:
-        """Wait until all lines are on disk."""
+        """Wait until all lines are on disk, where the system can."""
         with naming(self._path):
-            os.fsync(self._file.fileno())
+            sync(self._file.fileno())
 
     def close(self) -> None:
         """Let the file go."""

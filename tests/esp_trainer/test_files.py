@@ -21,7 +21,17 @@ from safetensors.numpy import save
 import esp_trainer
 import predprey_env
 from esp_trainer import files
-from esp_trainer.files import DamagedFileError, check_place, read_arrays, to_json, write, write_arrays, write_table
+from esp_trainer.files import (
+    DamagedFileError,
+    check_place,
+    read_arrays,
+    sync_directory,
+    to_json,
+    write,
+    write_arrays,
+    write_table,
+)
+from esp_trainer.run.directory import Log
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -258,6 +268,53 @@ def test_a_file_that_is_written_over_keeps_its_mode(tmp_path: Path) -> None:
         write(path, b"new")
         assert path.read_bytes() == b"new"
         assert path.stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.parametrize("number", [errno.ENOSYS, errno.EOPNOTSUPP, errno.EPERM, errno.EACCES])
+def test_a_file_whose_mode_cannot_be_kept_is_replaced_all_the_same(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not written over in place, where a kill would cost the old one."""
+    path, link = tmp_path / "file", tmp_path / "old"
+    path.write_bytes(b"old")
+    link.hardlink_to(path)
+    monkeypatch.setattr(os, "chmod", _refuse(number))
+    write(path, b"new")
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"file": b"new", "old": b"old"}
+
+
+# Systems that do not sync.
+
+
+@pytest.mark.parametrize("number", [errno.ENOSYS, errno.EINVAL, errno.EBADF, errno.EOPNOTSUPP])
+def test_where_the_system_cannot_sync_everything_is_written_all_the_same(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "fsync", _refuse(number))
+    write(tmp_path / "file", b"new")
+    sync_directory(tmp_path)
+    log = Log(tmp_path / "log")
+    log.append({"generation": 0})
+    log.sync()
+    log.close()
+    found = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    assert found == {"file": b"new", "log": b'{"generation": 0}\n'}
+
+
+def test_a_directory_whose_disk_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "fsync", _refuse(errno.EIO))
+    for directory in (tmp_path, tmp_path / "nowhere"):
+        with pytest.raises(OSError, match=str(directory)):
+            sync_directory(directory)
+
+
+def _refuse(number: int) -> Callable[..., None]:
+    """Make a function that the system refuses with this error."""
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise OSError(number, os.strerror(number))
+
+    return fail
 
 
 def test_a_file_that_cannot_be_replaced_is_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
