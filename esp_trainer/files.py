@@ -106,7 +106,10 @@ def write_table(path: Path, rows: Iterable[Iterable[object]]) -> None:
 def check_place(path: Path) -> None:
     """Raise now, before the work whose outcome it is to hold, what a :func:`write` there would raise in any case."""
     with naming(path):
-        if path.exists():
+        if path.is_fifo() or path.is_char_device():  # a pipe that is opened and closed has ended for who reads it
+            if not os.access(path, os.W_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        elif path.exists():
             path.open("ab").close()
         else:
             target = _target(path)

@@ -198,6 +198,20 @@ def test_a_place_is_looked_at_without_a_trace(tmp_path: Path) -> None:
             check_place(path)
 
 
+def test_a_pipe_is_looked_at_without_an_end_for_its_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    opened: list[Path] = []
+    with monkeypatch.context() as watched:
+        watched.setattr(Path, "open", lambda path, *_: opened.append(path) or os.fdopen(os.dup(1)))
+        for path in (pipe, Path(os.devnull)):
+            check_place(path)
+        assert opened == []
+        watched.setattr(os, "access", lambda *_: False)
+        with pytest.raises(PermissionError, match=str(pipe)):
+            check_place(pipe)
+
+
 def _no_space(_: int) -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
 
