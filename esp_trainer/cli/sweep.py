@@ -6,7 +6,7 @@ import json
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from types import FrameType
 
@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from esp_trainer.cli.signals import handled_by
-from esp_trainer.cli.streams import is_screen
+from esp_trainer.cli.streams import is_screen, let_go
 from esp_trainer.cli.training import quoted
 from esp_trainer.cluster import connected
 from esp_trainer.cores import cores
@@ -47,17 +47,20 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         )
         failed, stopped_by = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, 0)
         results = [result_of(out / run.name, run, failed.get(run.name)) for run in plan]
-        _tell(results, out)
-        write_csv(out / "runs.csv", results)
+        write_csv(out / "runs.csv", results)  # before anything is told, as nobody may be there to hear it
     finally:
         held.release()
-    if stopped_by:
-        where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
-        again = file if _has_name(file) else out / "sweep.toml"
-        command = " ".join(["esp-trainer sweep", quoted(again), "--out", quoted(out), *where])
-        _say(f"stopped; go on with: {command}")
-        return 128 + stopped_by
-    return 1 if any(result.reason for result in results) else 0
+    if not stopped_by:
+        _tell(results, out)
+        return 1 if any(result.reason for result in results) else 0
+    with suppress(OSError):  # the terminal has closed, say
+        _tell(results, out)
+    let_go(sys.stdout)
+    where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
+    again = file if _has_name(file) else out / "sweep.toml"
+    command = " ".join(["esp-trainer sweep", quoted(again), "--out", quoted(out), *where])
+    _say(f"stopped; go on with: {command}")
+    return 128 + stopped_by
 
 
 def _place(file: Path) -> Path:
@@ -77,12 +80,13 @@ def _do(
 ) -> tuple[dict[str, str], int]:
     """Why runs failed, by name, and the number of the signal by which somebody stopped it all, or 0."""
     failed: dict[str, str] = {}
-    runs, stopped_by = {run.name: run for run in todo}, [0]
+    runs, heard = {run.name: run for run in todo}, list[int]()
 
     def interrupt(number: int, _frame: FrameType | None) -> None:
-        first = not stopped_by[0]
-        stopped_by[0] = stopped_by[0] or number
-        if first or number == signal.SIGINT:  # a terminal that closes may say so more than once
+        heard.append(number)
+        later = heard[1:]
+        # Any signal stops, and Ctrl-C after it at once; a terminal that closes sends more than one.
+        if not later or (number == signal.SIGINT and later.count(number) == 1):
             raise KeyboardInterrupt
 
     work = [Work(out / run.name, run.config) for run in todo]
@@ -102,9 +106,10 @@ def _do(
                         look(path.name, reason)
                     look(None, None)
         except KeyboardInterrupt:
-            _say("stopping after the generations in hand; once more to stop at once")
-            pool.stop()
-            return failed, stopped_by[0] or signal.SIGINT
+            with suppress(KeyboardInterrupt):
+                _say("stopping after the generations in hand; Ctrl-C now stops at once")
+                pool.stop()
+            return failed, heard[0]
         finally:
             pool.close()
     return failed, 0

@@ -173,6 +173,49 @@ def test_a_sweep_that_another_process_does_is_left_alone(
     assert not (tmp_path / "runs.csv").exists()
 
 
+@pytest.mark.parametrize(("stopped_by", "code"), [(0, 1), (signal.SIGHUP, 128 + signal.SIGHUP)])
+@pytest.mark.parametrize("buffering", [1, -1], ids=["lines", "all"])
+def test_the_table_is_kept_and_a_stop_is_told_though_nobody_reads(
+    buffering: int, stopped_by: int, code: int, declared: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The output goes to ``| true``, or to a terminal that has closed."""
+    out = tmp_path / "out"
+    monkeypatch.setattr("esp_trainer.cli.sweep._do", lambda *_, **__: ({}, stopped_by))
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w", buffering=buffering) as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        assert sweep(declared(), out) == code
+    assert len((out / "runs.csv").read_text().splitlines()) == 1 + 4
+
+
+class InterruptedPool:
+    """A pool whose user presses Ctrl-C while runs are done, and again and again while they end."""
+
+    def __init__(self, *_: Any) -> None:
+        self.outcomes = self.close = lambda *_: os.kill(os.getpid(), signal.SIGINT)
+
+    def stop(self) -> None:
+        """Ctrl-C ends the waiting for the generations in hand."""
+        os.kill(os.getpid(), signal.SIGINT)
+        pytest.fail("the second was not obeyed")
+
+
+def test_a_second_interrupt_stops_at_once_and_is_told_how_to_go_on(
+    declared: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = declared(), tmp_path / "out"
+    monkeypatch.setattr("esp_trainer.cli.sweep.LocalPool", InterruptedPool)
+    assert sweep(file, out) == 128 + signal.SIGINT
+    output, error = capsys.readouterr()
+    assert error.splitlines()[1:] == [
+        "stopping after the generations in hand; Ctrl-C now stops at once",
+        f"stopped; go on with: esp-trainer sweep {file} --out {out}",
+    ]
+    assert f"  every run     {out / 'runs.csv'}\n" in output
+    assert len((out / "runs.csv").read_text().splitlines()) == 1 + 4
+
+
 @contextmanager
 def piped(data: bytes) -> Iterator[Path]:
     """What a shell makes of ``<(...)``."""
