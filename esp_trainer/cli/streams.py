@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -20,26 +21,48 @@ _PLAIN = str.maketrans(
 """What is printed instead of characters that the encoding of a stream does not have."""
 
 
+_users, _users_lock, _afterwards = 0, threading.Lock(), ExitStack()
+
+
 @contextmanager
 def standard_streams() -> Iterator[None]:
     """Make standard input, output and error usable in all circumstances; afterwards they are as before.
 
     Those that are closed are opened on the null device. Else the first file of a run would get the descriptor of
     standard error, with all that libraries write there. Characters that an encoding does not have are printed as plain
-    ones, and bytes of a path that are no text as escapes. If standard error cannot be written, messages are lost.
+    ones, and bytes of a path that are no text as escapes, unless the stream takes such bytes. If standard error cannot
+    be written, messages are lost.
+
+    Threads share the streams: the first that comes makes them usable, and the last that leaves puts them back.
     """
-    _open_closed_descriptors()
-    with ExitStack() as afterwards:
-        for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
-            if getattr(sys, name) is None:
-                afterwards.callback(setattr, sys, name, None)
-                setattr(sys, name, afterwards.enter_context(Path(os.devnull).open(mode, encoding="utf-8")))
-        for stream in (sys.stdout, sys.stderr):
-            afterwards.callback(_set_errors, stream, getattr(stream, "errors", None))
-            _set_errors(stream, _HANDLER)
-        afterwards.callback(setattr, sys, "stderr", sys.stderr)
-        sys.stderr = cast(TextIO, _Messages(sys.stderr))
+    global _users
+    with _users_lock:
+        if not _users:
+            _make_usable()
+        _users += 1
+    try:
         yield
+    finally:
+        with _users_lock:
+            _users -= 1
+            if not _users:
+                _afterwards.close()
+
+
+def _make_usable() -> None:
+    _open_closed_descriptors()
+    for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
+        if getattr(sys, name) is None:
+            null = Path(os.devnull).open(mode, encoding="utf-8")  # noqa: SIM115  # closed afterwards
+            _afterwards.callback(null.close)
+            _afterwards.callback(setattr, sys, name, None)
+            setattr(sys, name, null)
+    for stream in (sys.stdout, sys.stderr):
+        errors = getattr(stream, "errors", None)
+        _afterwards.callback(_set_errors, stream, errors)
+        _set_errors(stream, _KEEPING_BYTES if errors == "surrogateescape" else _HANDLER)
+    _afterwards.callback(setattr, sys, "stderr", sys.stderr)
+    sys.stderr = cast(TextIO, _Messages(sys.stderr))
 
 
 def _open_closed_descriptors() -> None:
@@ -68,8 +91,18 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
     return text.encode("ascii", "backslashreplace").decode(), error.end
 
 
-_HANDLER = "esp_trainer.plain"
+def _plain_or_bytes(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Encode bytes of a path that are no text as what they are."""
+    if isinstance(error, UnicodeEncodeError):
+        error.end = error.start + 1
+        with suppress(UnicodeEncodeError):
+            return codecs.lookup_error("surrogateescape")(error)
+    return _plain(error)
+
+
+_HANDLER, _KEEPING_BYTES = "esp_trainer.plain", "esp_trainer.plain_or_bytes"
 codecs.register_error(_HANDLER, _plain)
+codecs.register_error(_KEEPING_BYTES, _plain_or_bytes)
 
 
 class _Messages:

@@ -223,9 +223,13 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
 
 
 def quoted(argument: Path | str) -> str:
-    """An argument as one types it: a path that begins with a dash is not an option."""
+    """Quote an argument for a shell: a path that begins with a dash is no option, and its bytes need not be text."""
     text = str(argument)
-    return shlex.quote(f"./{text}" if text.startswith("-") else text)
+    text = f"./{text}" if text.startswith("-") else text
+    if text.isprintable():
+        return shlex.quote(text)
+    plain = {*range(ord(" "), ord("~") + 1)} - {*b"'\\"}
+    return "$'" + "".join(chr(byte) if byte in plain else f"\\x{byte:02x}" for byte in os.fsencode(text)) + "'"
 
 
 def _say(line: str) -> None:

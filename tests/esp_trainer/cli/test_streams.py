@@ -5,19 +5,19 @@ from __future__ import annotations
 import ast
 import io
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import pytest
 
 import esp_trainer
 import predprey_env
 from esp_trainer.cli import main, streams
-
-if TYPE_CHECKING:
-    pass
+from esp_trainer.cli.streams import standard_streams
+from esp_trainer.cli.training import quoted
 
 linux = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full and /proc")
 TRAIN = ("train", "smoke", "--generations", "1", "--out", "run")
@@ -87,6 +87,28 @@ def test_a_path_is_escaped_where_it_is_no_text(encoding: str, said: str, monkeyp
     assert read(sys.stderr).endswith(f"esp-trainer: {said} is not a file\n")  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(("encoding", "e"), [("utf-8", "é".encode()), ("ascii", rb"\xe9")])
+def test_a_stream_that_takes_bytes_gets_those_of_a_path(encoding: str, e: bytes, monkeypatch: Any) -> None:
+    """Under ``LC_ALL=C``, where Python lets all bytes of paths pass."""
+    monkeypatch.setattr(sys, "stdout", stdout := encoded(encoding, "surrogateescape"))
+    assert main(["train", "smoke", "--generations", "1", "--out", os.fsdecode("é-".encode() + b"\xff\xfe")]) == 0
+    stdout.flush()
+    assert stdout.buffer.getvalue().splitlines()[0] == b"1 generations in " + e + b"-\xff\xfe"  # type: ignore[attr-defined]
+    assert stdout.errors == "surrogateescape"
+
+
+@pytest.mark.parametrize(
+    "name", [b"b\xff", b"it's \xff\\1", b"-\n", "é ü".encode(), b"\xe2\x80\xae", b"-plain", b"$'a'"]
+)
+@pytest.mark.skipif(not shutil.which("bash"), reason="needs a shell that knows $'...'")
+def test_a_hint_can_be_pasted_into_a_shell_whatever_bytes_a_path_has(name: bytes) -> None:
+    path = Path(os.fsdecode(name))
+    hint = quoted(path)
+    assert hint.isprintable()
+    said = subprocess.run(["bash", "-c", f"printf %s {hint}"], capture_output=True, check=True).stdout
+    assert said.removeprefix(b"./") == name
+
+
 def test_streams_are_as_before_afterwards(monkeypatch: pytest.MonkeyPatch) -> None:
     before = encoded("ascii"), encoded("ascii", "backslashreplace"), None
     for name, stream in zip(("stdout", "stderr", "stdin"), before, strict=True):
@@ -96,6 +118,23 @@ def test_streams_are_as_before_afterwards(monkeypatch: pytest.MonkeyPatch) -> No
         main(["--version"])
     assert (sys.stdout, sys.stderr, sys.stdin) == before
     assert (sys.stdout.errors, sys.stderr.errors) == ("strict", "backslashreplace")
+
+
+def test_commands_that_overlap_share_the_streams_until_the_last_has_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In two threads, of which the first to begin is the first to end."""
+    before = encoded("ascii"), None, None
+    for name, stream in zip(("stdout", "stderr", "stdin"), before, strict=True):
+        monkeypatch.setattr(sys, name, stream)
+    first, last = standard_streams(), standard_streams()
+    first.__enter__()
+    last.__enter__()
+    first.__exit__(None, None, None)
+    print("á ±")
+    print("lost", file=sys.stderr, flush=True)
+    last.__exit__(None, None, None)
+    assert read(before[0]) == "\\xe1 +-\n"
+    assert (sys.stdout, sys.stderr, sys.stdin) == before
+    assert before[0].errors == "strict"
 
 
 def test_a_stream_that_has_no_encoding_is_written_to(monkeypatch: pytest.MonkeyPatch) -> None:
