@@ -39,7 +39,7 @@ def _outcome(arguments: list[str]) -> int:
     except OSError as error:
         let_go(sys.stdout)
         return _fail(in_words(error))
-    except (ValueError, ArithmeticError, DependencyNotInstalled) as error:
+    except (ValueError, ArithmeticError, DependencyNotInstalled, Warning) as error:  # one that PYTHONWARNINGS forbids
         return _fail(str(error))
 
 

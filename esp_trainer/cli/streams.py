@@ -6,8 +6,10 @@ import codecs
 import os
 import sys
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, TextIO, cast
 
@@ -31,7 +33,7 @@ def standard_streams() -> Iterator[None]:
     Those that are closed are opened on the null device. Else the first file of a run would get the descriptor of
     standard error, with all that libraries write there. Characters that an encoding does not have are printed as plain
     ones, and bytes of a path that are no text as escapes, unless the stream takes such bytes. If standard error cannot
-    be written, messages are lost.
+    be written, messages are lost. Warnings of our own are lines like all others.
 
     Threads share the streams: the first that comes makes them usable, and the last that leaves puts them back.
     """
@@ -63,6 +65,8 @@ def _make_usable() -> None:
         _set_errors(stream, _KEEPING_BYTES if errors == "surrogateescape" else _HANDLER)
     _afterwards.callback(setattr, sys, "stderr", sys.stderr)
     sys.stderr = cast(TextIO, _Messages(sys.stderr))
+    _afterwards.callback(setattr, warnings, "showwarning", warnings.showwarning)
+    warnings.showwarning = partial(_show_warning, warnings.showwarning)
 
 
 def _open_closed_descriptors() -> None:
@@ -103,6 +107,15 @@ def _plain_or_bytes(error: UnicodeError) -> tuple[str | bytes, int]:
 _HANDLER, _KEEPING_BYTES = "esp_trainer.plain", "esp_trainer.plain_or_bytes"
 codecs.register_error(_HANDLER, _plain)
 codecs.register_error(_KEEPING_BYTES, _plain_or_bytes)
+
+
+def _show_warning(others: Callable[..., None], message: Warning | str, *where: Any) -> None:
+    """Print a warning of our packages, which names no line of source, as any other line of ours."""
+    _, file, *_ = where
+    if file in ("predprey_env", "esp_trainer"):
+        print(f"esp-trainer: {message}", file=sys.stderr, flush=True)
+    else:
+        others(message, *where)
 
 
 class _Messages:

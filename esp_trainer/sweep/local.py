@@ -6,12 +6,14 @@ import multiprocessing
 import os
 import signal
 import threading
+import warnings
 from collections import Counter, deque
 from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from types import FrameType
+from typing import Any, NamedTuple
 
 from esp_trainer.config import RunConfig
 from esp_trainer.run.trainer import Trainer
@@ -32,6 +34,7 @@ class LocalPool:
     def __init__(self, runs: Sequence[Work], n_workers: int) -> None:
         self._waiting = deque(runs)
         self._lost: Counter[Path] = Counter()
+        self._warned: dict[Any, Any] = {}  # so that workers that warn of the same are one warning
         self._workers = [_Worker() for _ in range(min(n_workers, len(runs)))]
 
     def outcomes(self, timeout: float) -> list[Outcome]:
@@ -48,11 +51,14 @@ class LocalPool:
         work = worker.work
         assert work is not None
         try:
-            reason = worker.connection.recv()
+            said = worker.connection.recv()
         except (EOFError, OSError):
             return self._replace(worker, work)
+        if isinstance(said, _Warned):
+            warnings.warn_explicit(said.text, said.category, said.file, said.line, registry=self._warned)
+            return None
         worker.work = None
-        return Outcome(work.path, reason)
+        return Outcome(work.path, said)
 
     def _replace(self, dead: _Worker, work: Work) -> Outcome | None:
         self._workers[self._workers.index(dead)] = _Worker()
@@ -77,6 +83,15 @@ class LocalPool:
         for worker in self._workers:
             worker.process.kill()
             worker.end()
+
+
+class _Warned(NamedTuple):
+    """What a worker warns of."""
+
+    text: str
+    category: type[Warning]
+    file: str
+    line: int
 
 
 class _Worker:
@@ -109,6 +124,7 @@ def _serve(connection: Connection) -> None:
         if hasattr(signal, number):
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    warnings.showwarning = lambda text, *where: connection.send(_Warned(str(text), *where[:3]))
     trainers: list[Trainer] = []
     stopping = threading.Event()
 

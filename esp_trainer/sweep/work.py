@@ -28,7 +28,7 @@ def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object
             pass
     except OSError as error:
         return in_words(error)
-    except (ValueError, MemoryError) as error:
+    except (ValueError, MemoryError, Warning) as error:  # a warning that PYTHONWARNINGS forbids
         return (str(error) or type(error).__name__).splitlines()[0]
     except Exception as error:
         log = path.with_name(f"traceback-{path.name}.txt")

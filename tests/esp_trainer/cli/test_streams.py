@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,12 @@ import pytest
 
 import esp_trainer
 import predprey_env
-from esp_trainer.cli import main, streams
+from esp_trainer.cli import main, streams, teams
 from esp_trainer.cli.streams import standard_streams
 from esp_trainer.cli.training import quoted
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.presets import preset
+from esp_trainer.sweep.work import carry_out
 
 linux = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full and /proc")
 TRAIN = ("train", "smoke", "--generations", "1", "--out", "run")
@@ -135,6 +139,41 @@ def test_commands_that_overlap_share_the_streams_until_the_last_has_ended(monkey
     assert read(before[0]) == "\\xe1 +-\n"
     assert (sys.stdout, sys.stderr, sys.stdin) == before
     assert before[0].errors == "strict"
+
+
+def test_a_warning_of_ours_is_a_line_like_others_and_those_of_others_are_as_before(
+    esp_trainer: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    others: list[str] = []
+    monkeypatch.setattr(warnings, "showwarning", before := lambda text, *_: others.append(str(text)))
+
+    def warn(*_: Any) -> int:
+        for package in ("predprey_env", "numpy"):
+            warnings.warn_explicit(f"{package} is slow", RuntimeWarning, package, 0)
+        return 0
+
+    monkeypatch.setattr(teams, "show", warn)
+    assert esp_trainer("show", "x") == (0, "", "esp-trainer: predprey_env is slow\n")
+    assert others == ["numpy is slow"]
+    assert warnings.showwarning is before
+
+
+def test_a_warning_that_is_an_error_is_told_in_one_line(esp_trainer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As PYTHONWARNINGS=error has it."""
+
+    def warn(*_: Any) -> None:
+        warnings.warn_explicit("machine code is not kept", RuntimeWarning, "predprey_env", 0)
+
+    for method in ("compile", "evaluate"):
+        monkeypatch.setattr(FusedEvaluator, method, warn)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        outcome = esp_trainer("train", "smoke", "--out", "run")
+        assert outcome.code == 1
+        assert outcome.err.splitlines()[-1] == "esp-trainer: machine code is not kept"
+        assert not Path("run").exists()
+        assert carry_out(Path("run").resolve(), preset("smoke")) == "machine code is not kept"
+    assert [path.name for path in Path().iterdir()] == ["run"], "no traceback beside it"
 
 
 def test_a_stream_that_has_no_encoding_is_written_to(monkeypatch: pytest.MonkeyPatch) -> None:

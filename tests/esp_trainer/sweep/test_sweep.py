@@ -8,10 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from contextlib import contextmanager
 from dataclasses import replace
 from io import StringIO
+from multiprocessing import Pipe
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -21,7 +24,9 @@ from rich.progress import Progress
 from esp_trainer.cli import main
 from esp_trainer.cli.sweep import _Bars, _Lines, _view
 from esp_trainer.run.directory import RunDirectory
+from esp_trainer.sweep.local import LocalPool, _Warned
 from esp_trainer.sweep.plan import read_plan
+from esp_trainer.sweep.pool import Work
 from esp_trainer.sweep.results import is_whole, result_of, table
 
 if TYPE_CHECKING:
@@ -187,6 +192,21 @@ def test_the_table_is_kept_and_a_stop_is_told_though_nobody_reads(
         monkeypatch.setattr(sys, "stdout", stdout)
         assert sweep(declared(), out) == code
     assert len((out / "runs.csv").read_text().splitlines()) == 1 + 4
+
+
+def test_what_all_workers_warn_of_is_one_warning(declared: Any, tmp_path: Path) -> None:
+    (run, *_) = read_plan(declared())
+    pool = LocalPool([], 0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            worker, (ours, theirs) = SimpleNamespace(work=Work(tmp_path, run.config)), Pipe()
+            worker.connection = ours
+            theirs.send(_Warned("no place", RuntimeWarning, "predprey_env", 0))
+            theirs.send(None)
+            assert pool._look(worker) is None
+            assert pool._look(worker) == (tmp_path, None)
+    assert [str(warning.message) for warning in caught] == ["no place"]
 
 
 class InterruptedPool:
