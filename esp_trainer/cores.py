@@ -33,9 +33,10 @@ def _quotas() -> Iterator[float]:
 
 
 def _memberships() -> Iterator[tuple[str, PurePosixPath]]:
-    """For each hierarchy that can limit the CPU: its folder, empty for version 2, and the group of this process."""
+    """For each hierarchy that can limit the CPU: its folders, empty for version 2, and the group of this process."""
     with suppress(OSError, ValueError):
         for line in _MEMBERSHIP.read_text().splitlines():
             _, controllers, group = line.split(":", 2)
             if not controllers or "cpu" in controllers.split(","):
-                yield controllers, PurePosixPath("/", group)
+                # The folder may name the controllers in another order, with a link from each.
+                yield from ((folder, PurePosixPath("/", group)) for folder in {controllers, controllers and "cpu"})

@@ -30,6 +30,9 @@ V1, V1_OF_THE_HOST = "4:cpu,cpuacct:/a/b\n3:memory:/a\n", "4:cpu,cpuacct:/docker
         (V1, {"cpu,cpuacct/a/b/cpu.cfs_quota_us": "100000\n", "cpu,cpuacct/a/b/cpu.cfs_period_us": "50000\n"}, 2),
         # A container that sees its path on the host finds its own group at the top.
         (V1_OF_THE_HOST, {"cpu,cpuacct/cpu.cfs_quota_us": "1", "cpu,cpuacct/cpu.cfs_period_us": "1"}, 1),
+        # The folder is cpu,cpuacct with a link from cpu.
+        ("4:cpuacct,cpu:/docker/0123\n", {"cpu/cpu.cfs_quota_us": "2", "cpu/cpu.cfs_period_us": "1"}, 2),
+        ("4:cpuacct,cpu:/\n", {"cpuacct,cpu/cpu.cfs_quota_us": "2", "cpuacct,cpu/cpu.cfs_period_us": "1"}, 2),
         ("0::/\n", {"cpu.max": "a word\n"}, 8),
         ("nonsense\n", {"cpu.max": "100000 100000\n"}, 8),
     ],
