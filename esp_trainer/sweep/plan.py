@@ -55,7 +55,7 @@ def read_plan(file: Path) -> list[PlannedRun]:
 def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
     """The same of what was read from a file, as a pipe can be read only once."""
     try:
-        plan = _runs(tomllib.loads(declared.decode("utf-8-sig")))
+        plan = _runs(tomllib.loads(_text(declared)))
         name, times = Counter(run.name for run in plan).most_common(1)[0]
         if times > 1:
             raise ValueError(f"runs must be different, got {name} {times} times")
@@ -70,6 +70,14 @@ def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: {error}") from None
     return plan
+
+
+def _text(declared: bytes) -> str:
+    try:
+        return declared.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        byte = error.object[error.start]
+        raise ValueError(f"must be text in UTF-8, got byte 0x{byte:02x} at position {error.start}") from None
 
 
 def _runs(declared: dict[str, Any]) -> list[PlannedRun]:

@@ -103,6 +103,16 @@ def test_a_file_that_is_no_toml_is_refused_in_one_line(data: bytes, tmp_path: Pa
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
+def test_a_file_in_another_encoding_is_refused_with_the_one_that_is_read(encoding: str, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.toml"
+    file.write_bytes('# é\npreset = "smoke"'.encode(encoding))
+    byte = {"utf-16": "0xff at position 0", "latin-1": "0xe9 at position 2"}[encoding]
+    with pytest.raises(ValueError, match="UTF-8") as raised:
+        read_plan(file)
+    assert str(raised.value) == f"{file}: must be text in UTF-8, got byte {byte}"
+
+
 def test_a_run_whose_name_no_file_system_takes_is_refused_before_anything_is_written(tmp_path: Path) -> None:
     """Beside a run ``traceback-NAME.txt`` may be written, and a file's name has at most 255 bytes."""
     declared = 'preset = "smoke"\n[fields]\nprey.n_hidden = [{}]'
