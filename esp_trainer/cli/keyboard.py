@@ -26,7 +26,7 @@ class Keyboard:
     def __enter__(self) -> Keyboard:
         if self._descriptor is not None:
             self._before = termios.tcgetattr(self._descriptor)
-            tty.setcbreak(self._descriptor)
+            tty.setcbreak(self._descriptor, termios.TCSANOW)  # keys that were pressed before count
         return self
 
     def __exit__(
@@ -36,13 +36,13 @@ class Keyboard:
             termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)
 
     def pressed(self, key: str, seconds: float) -> bool:
-        """Wait for a key; False if so many seconds pass without it."""
+        """Wait for a key, small or capital; False if so many seconds pass without it."""
         end = time.monotonic() + seconds
         while self._descriptor is not None and (left := end - time.monotonic()) > 0:
             if not select.select([self._descriptor], [], [], left)[0]:
                 return False
             byte = os.read(self._descriptor, 1)
-            if byte == key.encode():
+            if byte.lower() == key.encode():
                 return True
             if not byte:  # the terminal has gone
                 break

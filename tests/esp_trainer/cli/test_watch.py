@@ -139,6 +139,18 @@ def test_a_keyboard_reads_one_key_at_a_time_and_is_left_as_it_was(monkeypatch: p
     os.close(master)
 
 
+@pytest.mark.parametrize("key", [b"q", b"Q"])
+def test_a_key_counts_that_was_pressed_before_anybody_listened(key: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While Python starts, say."""
+    master, terminal = pty.openpty()
+    with os.fdopen(terminal) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        os.write(master, key)
+        with Keyboard() as keyboard:
+            assert keyboard.pressed("q", 1)
+    os.close(master)
+
+
 def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO("q"))
     with Keyboard() as keyboard:
