@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import difflib
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
@@ -55,8 +57,23 @@ _DRAWN = "draw the actions of sb3: and torch: by their chances"
 class _Parser(argparse.ArgumentParser):
     """Argument parser whose errors fit on one line and name what is nearest to a word that it does not know."""
 
+    _given: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._given = args or ()
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str) -> NoReturn:
+        if "are required: " in message and (unknown := self._unknown_option()):
+            self.refuse_option(unknown)  # what is missing may be there, misspelt
         self.exit(2, f"{self.prog}: {message}\n")
+
+    def _unknown_option(self) -> str | None:
+        options = takewhile(lambda word: word != "--", self._given)
+        return next((word for word in options if re.match("-[^0-9. ]", word) and not self._knows(word)), None)
+
+    def _knows(self, option: str) -> bool:
+        return option.partition("=")[0] in self._option_string_actions
 
     def refuse_option(self, option: str) -> NoReturn:
         """End with the error for an option that this command does not have."""
@@ -70,8 +87,9 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(word.lower(), known, n=1)
-    return f"; did you mean {near[0]}?" if near else ""
+    bare, names = word.lower().lstrip("-"), {name.lstrip("-"): name for name in known}  # dashes are alike in all
+    near = difflib.get_close_matches(bare, names, n=1)
+    return f"; did you mean {names[near[0]]}?" if near else ""
 
 
 class _Command(Protocol):
@@ -210,7 +228,7 @@ def _video(suffix: str) -> Callable[[str], Path]:
     return path
 
 
-def _whole(least: int) -> Callable[[str], int]:
+def _whole(least: int, most: int | None = None) -> Callable[[str], int]:
     def number(text: str) -> int:
         try:
             value = int(text)
@@ -218,9 +236,11 @@ def _whole(least: int) -> Callable[[str], int]:
             value = least - 1
         if value < least:
             raise argparse.ArgumentTypeError(f"must be a whole number of at least {least}, got {text!r}")
+        if most is not None and value > most:
+            raise argparse.ArgumentTypeError(f"must be a whole number of at most {most}, got {text!r}")
         return value
 
     return number
 
 
-_natural, _positive = _whole(0), _whole(1)
+_natural, _positive = _whole(0), _whole(1, 2**31 - 1)  # a seed or a step may be any; an array is not that long

@@ -88,6 +88,17 @@ def test_a_command_that_is_wrong_is_refused_in_one_line_and_does_nothing(
         ("behaviours run --epsiodes 3", " behaviours: unexpected '--epsiodes'; did you mean --episodes?"),
         ("sweep file --worker=3", " sweep: unexpected '--worker=3'; did you mean --workers?"),
         ("resume run --xyzzy", " resume: unexpected '--xyzzy'"),
+        ("solve --discount .5", " solve: unexpected '--discount'"),
+        # An option that is required, misspelt.
+        ("evaluate p --agianst q", " evaluate: unexpected '--agianst'; did you mean --against?"),
+        ("evaluate p --agianst=q --seed 1", " evaluate: unexpected '--agianst=q'; did you mean --against?"),
+        ("benchmark --polcy p --role prey --task 3v2", " benchmark: unexpected '--polcy'; did you mean --policy?"),
+        ("exploitability p --rôle prey", " exploitability: unexpected '--rôle'; did you mean --role?"),
+        ("train --ouput", " train: unexpected '--ouput'; did you mean --out?"),
+        ("--verison", ": unexpected '--verison'; did you mean --version?"),
+        ("-V", ": unexpected '-V'"),
+        ("evaluate -1", " evaluate: the following arguments are required: --against"),
+        ("evaluate -- --x", " evaluate: the following arguments are required: --against"),
         (
             "benchmark --role predator",
             " benchmark: argument --role: invalid choice: 'predator'; did you mean predators?",
@@ -112,6 +123,15 @@ def test_what_is_no_whole_number_is_refused_with_what_was_expected(
     refusal = esp_trainer("evaluate", "a", "--against", "b", "--seed", number).refusal
     says = f"argument --seed: must be a whole number of at least 0, got {number!r}"
     assert refusal == f"esp-trainer evaluate: {says}"
+
+
+@pytest.mark.parametrize("option", ["--episodes", "--generations"])
+@pytest.mark.parametrize("number", [2**31, 99999999999999999999])
+def test_a_number_that_nothing_can_count_to_is_refused_with_its_option(
+    option: str, number: int, esp_trainer: Callable[..., Any]
+) -> None:
+    says = f"argument {option}: must be a whole number of at most 2147483647, got '{number}'"
+    assert esp_trainer("behaviours", "run", option, number).refusal == f"esp-trainer behaviours: {says}"
 
 
 def test_an_argument_of_the_wrong_type_is_named_in_the_users_words(esp_trainer: Callable[..., Any]) -> None:
