@@ -109,7 +109,7 @@ def _do(
             with suppress(KeyboardInterrupt):
                 _say("stopping after the generations in hand; Ctrl-C now stops at once")
                 pool.stop()
-            return failed, heard[0]
+            return failed, next(iter(heard), signal.SIGINT)
         finally:
             pool.close()
     return failed, 0
