@@ -46,9 +46,8 @@ def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> 
         known = current.__globals__
         files |= {_file_of(value) for value in known.values() if hasattr(value, "_fields") and inspect.isclass(value)}
         used = current.__code__.co_names
-        imports = _imports(_source(_file_of(current))).items()
-        modules = {resolve_name(module, known.get("__package__")) for name, module in imports if name in used}
-        files |= {file for module in modules if (file := getattr(sys.modules.get(module), "__file__", None))}
+        imported = {module for name, module in _imports(_source(_file_of(current))) if name in used}
+        files |= {file for module in imported if (file := _file_of_module(module, known.get("__package__")))}
         called: list[Any] = [known.get(name) for name in used]
         for module in [value for value in called if inspect.ismodule(value)]:
             files.add(_file_of(module))
@@ -67,15 +66,26 @@ def _file_of(defined: Any) -> str:
         return f"<{defined!r}>"
 
 
+def _file_of_module(name: str, package: str | None) -> str | None:
+    """Return the file of a module that is loaded, by its name as a package imports it."""
+    try:
+        return getattr(sys.modules.get(resolve_name(name, package)), "__file__", None)
+    except ImportError:  # a relative import where there is no package: what an ``except ImportError`` is there for
+        return None
+
+
 @functools.cache
-def _imports(source: bytes) -> dict[str, str]:
-    """The module, with dots before it if it is relative, from which a source imports each name."""
+def _imports(source: bytes) -> set[tuple[str, str]]:
+    """Return each name that a source imports, with its module, which has dots before it if it is relative.
+
+    A name may have several modules, the second for when the first cannot be imported.
+    """
     try:
         tree = ast.parse(source)  # bytes: the source itself says how they are encoded
     except (SyntaxError, ValueError):  # no Python: random bytes, or what somebody made of a file since it was imported
-        return {}
+        return set()
     lines = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    return {a.asname or a.name: "." * line.level + (line.module or "") for line in lines for a in line.names}
+    return {(a.asname or a.name, "." * line.level + (line.module or "")) for line in lines for a in line.names}
 
 
 def named_tuples(kinds: Iterable[types.Type]) -> set[type]:

@@ -131,6 +131,30 @@ def test_a_number_that_is_imported_from_a_neighbour_in_the_package_counts(
     assert str(package / "numbers.py") in source_files(player.main.py_func)
 
 
+EITHER = """try:
+    {first}
+except ImportError:
+    {second}
+"""
+ABSOLUTE = "from encoded_numbers import STEP"
+
+
+@pytest.mark.parametrize(
+    "imports",
+    [
+        EITHER.format(first=ABSOLUTE, second="from .encoded_numbers import STEP"),
+        EITHER.format(first="from .encoded_numbers import STEP", second=ABSOLUTE),
+        EITHER.format(first="from ...far.away import STEP", second=ABSOLUTE),
+        f"if False:\n    from . import STEP\n{ABSOLUTE}",
+        EITHER.format(first=ABSOLUTE, second="from nowhere_at_all import STEP"),
+    ],
+)
+def test_an_import_that_cannot_be_resolved_is_passed_over(encoded: Any, tmp_path: Path, imports: str) -> None:
+    main = encoded(PLAYER.format("").replace(ABSOLUTE, imports).encode()).main
+    assert main(4) == 7
+    assert str(tmp_path / "encoded_numbers.py") in source_files(main.py_func)
+
+
 # -- all that is compiled -----------------------------------------------------------------------------------------
 
 
