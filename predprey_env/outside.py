@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.lanes import LANES
 from predprey_env.policies.names import PREFIXES
-from predprey_env.policies.opponents import Opponent, as_policy, ask, own_copy
+from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy
 from predprey_env.policies.protocol import MEMORY, Policy
 from predprey_env.worlds import Dictated, Worlds
 
@@ -19,9 +19,9 @@ def seat(
 ) -> tuple[Policy, OutsideTeam | None, Any]:
     """Return an opponent's policy, what asks it in Python if it is not compiled, and its player in compiled code."""
     policy = as_policy(opponent, team, config)
-    compiled = getattr(policy, "compiled", None)
-    if callable(compiled):
-        return policy, None, compiled(team, config, LANES)
+    player = compiled_player(policy, team, config, LANES)
+    if player is not None:
+        return policy, None, player
     return policy, OutsideTeam(policy, config, team, n_worlds), OutsideTeam.player
 
 
@@ -44,14 +44,14 @@ class OutsideTeam:
         self._whose = whose
         self._shape = config.team(team)
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
-        self._act_batch: Any = getattr(policy, "act_batch", None)
-        self._policies = [policy] if self._act_batch else [own_copy(policy, whose) for _ in range(n_worlds)]
+        self._at_once = asked_at_once(policy)
+        self._policies = [policy] if self._at_once else [own_copy(policy, whose) for _ in range(n_worlds)]
         self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
         """What the team sees: the caller writes it before :meth:`choose`."""
 
     def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:
         """Start an episode in some worlds."""
-        if self._act_batch:
+        if self._at_once:
             if len(which) == len(self.views):
                 self._policies[0].reset(int(seeds[0]))
             return
@@ -68,7 +68,7 @@ class OutsideTeam:
             RuntimeError: From what the policy raised.
             ValueError: What it returned is not an action for each agent.
         """
-        return self._ask_all() if self._act_batch else self._ask_each(playing)
+        return self._ask_all() if self._at_once else self._ask_each(playing)
 
     def choose(self, worlds: Worlds) -> None:
         """Put the actions where :class:`~predprey_env.worlds.Dictated` finds them."""
@@ -87,9 +87,9 @@ class OutsideTeam:
         return actions
 
     def _ask_all(self) -> np.ndarray:
-        expected = self.views.shape[:2]
+        expected, policy = self.views.shape[:2], cast("Any", self._policies[0])
         try:
-            actions = np.asarray(self._act_batch(self.views.copy()))
+            actions = np.asarray(policy.act_batch(self.views.copy()))
         except (Exception, SystemExit) as error:
             raise RuntimeError(f"{self._whose} act_batch() raised {type(error).__name__}: {error}") from error
         if actions.shape != expected or not np.issubdtype(actions.dtype, np.integer):

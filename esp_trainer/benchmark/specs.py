@@ -137,7 +137,7 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
         player = as_policy(policy, role, env, spec)
     except ValueError as error:
         raise PolicyError(str(error).replace("must be the name of a script, a", "must be a")) from error
-    except (Exception, SystemExit) as error:  # of its own method compiled()
+    except (Exception, SystemExit) as error:  # of its properties
         raise PolicyError(f"{spec} cannot play: {_line(error)}") from error
     where = getattr(source, "__file__", None)
     return Candidate(spec, player, digest_of(Path(where)) if where else "", f"{module} was imported")

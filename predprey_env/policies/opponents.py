@@ -11,7 +11,7 @@ import numpy as np
 
 from predprey_env.actions import brief, read_action
 from predprey_env.config import EnvConfig, TeamName
-from predprey_env.policies.protocol import Policy
+from predprey_env.policies.protocol import Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 
 Function: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
@@ -39,16 +39,16 @@ def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig, named: str = "
         return ScriptedTeam.of(opponent, team, env)
     if isinstance(opponent, type):
         raise ValueError(f"{named} must be an object, got the class {opponent.__name__}: give {opponent.__name__}(...)")
-    has = [name for name in ("reset", "act", "act_batch", "compiled") if callable(getattr(opponent, name, None))]
-    missing = [call for name, call in _CALLS.items() if name not in has]
+    has = [name for name in _CALLS if callable(getattr(opponent, name, None))]
+    missing = [_CALLS[name] for name in ("reset", "act") if name not in has]
     if not missing:
-        for name, call in _CALLS.items():
-            _check_call(getattr(opponent, name), f"{named}'s {name}() cannot be called as {call}")
-        if "compiled" in has:
-            opponent.compiled(team, env, 0)  # type: ignore[union-attr] # or it does not fit
+        for name in has:
+            call = _CALLS[name]
+            _check_call(getattr(opponent, name), call, f"{named}'s {name}() cannot be called as {call}")
+        compiled_player(opponent, team, env, 0, named)  # type: ignore[arg-type] # or it does not fit
         return opponent  # type: ignore[return-value]
     if callable(opponent) and "act" not in has:
-        _check_call(opponent, f"{named} cannot be called with the observations alone")
+        _check_call(opponent, _CALLS["act"], f"{named} cannot be called with the observations alone")
         return FunctionPolicy(opponent)
     if has:
         there = " and ".join(f"{name}()" for name in has)
@@ -59,19 +59,49 @@ def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig, named: str = "
     )
 
 
-_CALLS = {"reset": "reset(seed)", "act": "act(observations)"}
+_CALLS = {
+    "reset": "reset(seed)",
+    "act": "act(observations)",
+    "act_batch": "act_batch(observations)",
+    "compiled": "compiled(team, env, lanes)",
+}
 
 
-def _check_call(function: Callable[..., Any], otherwise: str) -> None:
-    """Raise :class:`ValueError` that begins with ``otherwise`` unless a function can be called with one argument."""
+def _check_call(function: Callable[..., Any], call: str, otherwise: str) -> None:
+    """Raise :class:`ValueError` that begins with ``otherwise`` unless a function takes the arguments of a call."""
     try:
         called = signature(function)
     except (TypeError, ValueError):  # some built-in functions do not say
         return
     try:
-        called.bind(None)
+        called.bind(*call.split(","))
     except TypeError as error:
         raise ValueError(f"{otherwise}: {error}") from None
+
+
+def compiled_player(policy: Policy, team: TeamName, env: EnvConfig, lanes: int, named: str = "opponent") -> Any:
+    """Return a policy's player in compiled code, None if it has none; :class:`ValueError` if it cannot play.
+
+    Only a player with a rule of its own passes: Numba would take another of the same name and fields for it.
+    """
+    compiled = getattr(policy, "compiled", None)
+    if not callable(compiled):
+        return None
+    try:
+        player = compiled(team, env, lanes)
+    except ValueError:  # it says itself why it does not fit
+        raise
+    except (Exception, SystemExit) as error:
+        raise ValueError(f"{named}'s compiled() raised {type(error).__name__}: {error}") from error
+    if type(player) not in choose.registry:
+        expected = "a player whose class has a rule: choose.register(Player, rule)"
+        raise ValueError(f"{named}'s compiled() must return {expected}, got {brief(player)}")
+    return player
+
+
+def asked_at_once(policy: Policy) -> bool:
+    """Return whether a policy is asked about many worlds in one call, and so remembers nothing."""
+    return callable(getattr(policy, "act_batch", None))
 
 
 def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
@@ -80,7 +110,7 @@ def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
     A policy with ``act_batch`` remembers nothing: it is returned itself. Raises :class:`ValueError` for one that cannot
     be copied.
     """
-    if getattr(policy, "act_batch", None):
+    if asked_at_once(policy):
         return policy
     try:
         return copy.deepcopy(policy)

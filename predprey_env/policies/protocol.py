@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial, singledispatch
+from functools import partial
 from operator import index
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numba.extending import overload
 
+from predprey_env.actions import brief
 from predprey_env.compilation import entry_point, rule
 from predprey_env.policies.chance import scramble
 
@@ -63,8 +64,8 @@ class Policy(Protocol):
 
     It may have a method ``compiled(team: TeamName, env: EnvConfig, lanes: int) -> player`` too, with which
     :func:`predprey_env.vector_env` plays it without leaving compiled code. The player is a named tuple that
-    :func:`choose` knows, its arrays laid out for one world (``lanes = 0``) or for a block of worlds. The method raises
-    :class:`ValueError` if the policy cannot play that team in that world.
+    :data:`choose` has a rule for, its arrays laid out for one world (``lanes = 0``) or for a block of worlds. The
+    method raises :class:`ValueError` if the policy cannot play that team in that world.
 
     Or it may have a method ``act_batch(observations)``, from float32 ``(n_worlds, n_agents, n_seen)`` to int
     ``(n_worlds, n_agents)``, with which a vector environment asks it about all worlds in one call. It must remember
@@ -80,9 +81,10 @@ class Policy(Protocol):
         ...
 
 
-@singledispatch
-def choose(player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
-    """The action of one agent of a team, as a value; a rule is registered for each class of player.
+class _Choose:
+    """The action of one agent of a team, as a value, by the rule that is registered for the player's very class.
+
+    ``choose(player, agent, seen, memory, at)``, in Python as in compiled code:
 
     Args:
         player: Who plays the team, a named tuple.
@@ -91,27 +93,37 @@ def choose(player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
         memory: What the player keeps: rows of int32, :func:`first_memory` when an episode starts.
         at: The first of the agent's :data:`MEMORY` rows.
     """
-    raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
+
+    def __init__(self) -> None:
+        self.registry: dict[Any, Any] = {}
+
+    def __call__(self, player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
+        if type(player) not in self.registry:
+            raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
+        return self.registry[type(player)](player, agent, seen, memory, at)
+
+    def register(self, player: type, rule: Any = None) -> Any:
+        """Register the rule of a class of player: ``choose.register(Player, rule)``, or ``@choose.register(Player)``
+        above the rule.
+
+        Numba tells named tuples apart by the name of their class, not by the class, when it looks for machine code.
+        Another of the same name, as a notebook's cell makes that is run again, would be played by the rule of the
+        first: it is renamed.
+        """
+        if not (isinstance(player, type) and issubclass(player, tuple) and hasattr(player, "_fields")):
+            got = getattr(player, "__name__", brief(player))
+            raise TypeError(f"choose.register() needs the player's class first, a named tuple, got {got}")
+        if rule is None:  # it is a decorator
+            return partial(self.register, player)
+        if self.registry.setdefault(player, rule) is not rule:
+            raise ValueError(f"{player.__name__} has a rule already; define the class anew to give it another")
+        taken = {other.__name__ for other in self.registry if other is not player}
+        while player.__name__ in taken:
+            player.__name__ += "_"
+        return rule
 
 
-def _register(player: type, rule: Any = None) -> Any:
-    """Register the rule of a class of player.
-
-    Numba tells named tuples apart by the name of their class, not by the class, when it looks for machine code: another
-    of the same name, as a notebook's cell makes that is run again, would be played by the rule of the first.
-    """
-    if rule is None:  # it is a decorator
-        return partial(_register, player)
-    if choose.registry.get(player, rule) is not rule:
-        raise ValueError(f"{player.__name__} has a rule already; define the class anew to give it another")
-    taken = {other.__name__ for other in choose.registry if other is not player}
-    while player.__name__ in taken:
-        player.__name__ += "_"
-    return _register_as_it_is(player, rule)
-
-
-_register_as_it_is = choose.register
-choose.register = _register  # type: ignore[method-assign, assignment]
+choose = _Choose()
 
 
 @overload(choose, jit_options={"nogil": True, "_nrt": False, "forceinline": True})

@@ -77,7 +77,7 @@ BOTH = {
     "batch_flat": "the policy's act_batch() must return integers of shape (",
     "batch_floats": "the policy's act_batch() must return integers of shape (",
     "batch_ragged": "the policy's act_batch() raised ValueError: ",
-    "compiles_not": "mine:compiles_not cannot play: RuntimeError: no",
+    "compiles_not": "mine:compiles_not's compiled() raised RuntimeError: no",
     "Unmade": "mine:Unmade() raised FileNotFoundError: [Errno 2] No such file",
     "trap": "mine:trap cannot be read: RuntimeError: a trap",
     "nothing": "mine has no nothing",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import PurePosixPath
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from predprey_env import EnvConfig, team_view, vector_env
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 from predprey_env.policies.opponents import as_policy, ask, draw_seed
+from predprey_env.policies.scripted import Script
 
 VIEWS = {"prey_0": np.ones(6, np.float32), "prey_1": np.ones(6, np.float32)}
 WORLD = EnvConfig(predator_idle=False)
@@ -139,6 +140,21 @@ class OnlyActsOnAll:
         return {}
 
 
+class CompilesAlone(Answers):
+    def __init__(self) -> None:
+        super().__init__({})
+
+    def compiled(self) -> Any:
+        raise AssertionError
+
+
+class ActsOnNothing(CompilesAlone):
+    compiled = 3  # type: ignore[assignment]
+
+    def act_batch(self) -> Any:
+        raise AssertionError
+
+
 class TakesNoSeed(OnlyActs):
     def reset(self) -> None:
         pass
@@ -161,6 +177,8 @@ class TakesTwo(OnlyResets):
         (ScriptedTeam, "opponent must be an object, got the class ScriptedTeam: give ScriptedTeam(...)"),
         (TakesNoSeed(), "opponent's reset() cannot be called as reset(seed): too many positional arguments"),
         (TakesTwo(), "opponent's act() cannot be called as act(observations): missing a required argument: 'states'"),
+        (CompilesAlone(), "opponent's compiled() cannot be called as compiled(team, env, lanes): {}"),
+        (ActsOnNothing(), "opponent's act_batch() cannot be called as act_batch(observations): {}"),
         (lambda: {}, "opponent cannot be called with the observations alone: too many positional arguments"),
     ],
 )
@@ -168,7 +186,7 @@ def test_what_a_policy_lacks_is_named(opponent: Any, line: str) -> None:
     for named in ("opponent", "m:P"):
         with pytest.raises(ValueError) as refused:  # noqa: PT011
             as_policy(opponent, "prey", WORLD, named)
-        assert str(refused.value) == line.replace("opponent", named, 1)
+        assert str(refused.value) == line.replace("opponent", named, 1).format("too many positional arguments")
 
 
 def test_a_function_that_does_not_tell_its_arguments_is_taken() -> None:
@@ -180,6 +198,57 @@ def test_a_team_that_says_that_it_does_not_fit_is_refused() -> None:
         as_policy(ScriptedTeam("surround"), "prey", WORLD)
     with pytest.raises(ValueError, match=r"^predators have 4 actions in this world, got a team with 5$"):
         as_policy(ScriptedTeam("surround"), "predators", WORLD)
+
+
+class Compiles(Answers):
+    """Its player is what it is given, or it raises it."""
+
+    def __init__(self, player: Any) -> None:
+        super().__init__({"prey_0": 1, "prey_1": 1})
+        self.player = player
+
+    def compiled(self, team: TeamName, env: EnvConfig, lanes: int) -> Any:
+        if isinstance(self.player, BaseException):
+            raise self.player
+        return self.player
+
+
+Namesake = NamedTuple("Script", [(name, kind) for name, kind in get_type_hints(Script).items()])
+
+COMPILED = [
+    (KeyError("size"), "raised KeyError: 'size'"),
+    (SystemExit("bye"), "raised SystemExit: bye"),
+    *(
+        (player, f"must return a player whose class has a rule: choose.register(Player, rule), got {player!r}")
+        for player in (3, None, (1, 2), Namesake(1, 3, 4, False), Script)
+    ),
+]
+
+
+@pytest.mark.parametrize(("player", "line"), COMPILED)
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda policy: as_policy(policy, "prey", WORLD),
+        lambda policy: team_view("predators", policy),
+        lambda policy: vector_env(2, "predators", policy),
+    ],
+    ids=["as_policy", "team_view", "vector_env"],
+)
+def test_a_player_that_no_rule_is_registered_for_is_refused(use: Any, player: Any, line: str) -> None:
+    """One that has the name and the fields of another is not played by the other's rule."""
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        use(Compiles(player))
+    assert str(refused.value) == f"opponent's compiled() {line}"
+
+
+def test_a_policy_whose_act_batch_is_no_method_is_asked_world_by_world() -> None:
+    policy = Answers({"prey_0": 1, "prey_1": 1})
+    policy.act_batch = 3  # type: ignore[attr-defined]
+    envs = vector_env(2, "predators", policy, size=10)
+    envs.reset(seed=1)
+    envs.step(np.zeros(6, int))
+    assert team_view("predators", policy).opponent is not policy
 
 
 # -- draw_seed ----------------------------------------------------------------------------------------------------

@@ -162,3 +162,23 @@ def test_a_player_whose_rule_may_be_compiled_already_is_given_no_other() -> None
     choose.register(made, act)
     with pytest.raises(ValueError, match=r"^Once has a rule already; define the class anew to give it another$"):
         choose.register(made, player("Once", 2)[1])
+
+
+@pytest.mark.parametrize(
+    ("first", "got"), [(player("Bare", 1)[1], "act"), (int, "int"), (3, "3"), (tuple, "tuple"), (Stranger(4), None)]
+)
+def test_the_class_of_player_is_not_forgotten(first: Any, got: str | None) -> None:
+    """``@choose.register`` alone above a rule gives the rule for the class."""
+    with pytest.raises(TypeError) as refused:
+        choose.register(first)
+    assert str(refused.value) == (
+        f"choose.register() needs the player's class first, a named tuple, got {got or 'Stranger(n_actions=4)'}"
+    )
+
+
+def test_a_kind_of_a_player_has_no_rule_in_python_as_in_compiled_code() -> None:
+    class Kind(Dictated):
+        pass
+
+    with pytest.raises(TypeError, match=r"^player must be of a class that choose\(\) knows, got Kind$"):
+        choose(Kind(), 0, np.zeros(2, np.float32), np.ones(4, np.int32), 0)
