@@ -27,8 +27,9 @@ def team_view(
         team: ``"predators"`` or ``"prey"``.
         opponent: Who plays the others: the name of a script (:data:`predprey_env.policies.SCRIPTS`), a
             :class:`predprey_env.policies.Policy`, an evolved team for example, or a function from observations to
-            actions, by agent. The environment plays a copy of its own, except of a policy with ``act_batch``, which
-            remembers nothing.
+            actions, by agent. Of a policy the environment plays a copy of its own, as it may remember: what the policy
+            learns later, the copy does not. A function, a bound method for example, and a policy with ``act_batch``
+            remember nothing: they are played themselves, as they are at each step.
         render_mode: As in :func:`predprey_env.predprey_v0.parallel_env`.
         parameters: The fields of :class:`predprey_env.EnvConfig`.
     """

@@ -56,7 +56,8 @@ def vector_env(
         team: ``"predators"`` or ``"prey"``.
         opponent: Who plays the others, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in compiled
             code; a policy with ``act_batch`` is asked about all worlds in one call, and reset when all start at once;
-            of any other policy each world has a copy, and they are asked one by one.
+            of any other policy each world has a copy, and they are asked one by one. A function is asked for each
+            world.
         autoreset_mode: What happens after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """

@@ -107,10 +107,10 @@ def asked_at_once(policy: Policy) -> bool:
 def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
     """Return a copy of a policy, so that what it remembers in one world is not disturbed by another.
 
-    A policy with ``act_batch`` remembers nothing: it is returned itself. Raises :class:`ValueError` for one that cannot
-    be copied.
+    A function and a policy with ``act_batch`` remember nothing: they are returned themselves. Raises
+    :class:`ValueError` for a policy that cannot be copied.
     """
-    if asked_at_once(policy):
+    if isinstance(policy, FunctionPolicy) or asked_at_once(policy):
         return policy
     try:
         return copy.deepcopy(policy)

@@ -6,6 +6,7 @@ import copy
 import pickle
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from predprey_env import EnvConfig, PredPreyVectorEnv, TeamView, team_view, vect
 from predprey_env.policies import ScriptedTeam
 
 WORLD = {"n_predators": 3, "n_prey": 2, "size": 20, "max_cycles": 30}
+
+
+STARTS = [[0, 0], [0, 0], [0, 0], [10, 10], [15, 15]]
 
 
 class Counter:
@@ -35,13 +39,6 @@ class Counter:
         return {agent: (self.count + i) % 4 for i, agent in enumerate(observations)}
 
 
-class Called(Counter):
-    """The same as a function."""
-
-    __call__ = Counter.act
-    act = reset = None
-
-
 def drawn_team() -> Team:
     """Evolved prey whose actions are drawn."""
     shape, side = EnvConfig(**WORLD).team("prey"), SideConfig(choice="drawn")
@@ -54,8 +51,6 @@ REMEMBERING: dict[str, Callable[[], Any]] = {
     "script": lambda: ScriptedTeam("random", "prey", n_actions=4),
     "evolved": drawn_team,
     "policy": Counter,
-    "function": Called,
-    "method": lambda: Counter().act,
 }
 
 
@@ -137,14 +132,55 @@ def test_a_policy_that_remembers_nothing_is_shared() -> None:
     assert vector_env(2, "predators", policy, **WORLD).opponent is policy
 
 
+class Learner(Locked):
+    """Learns a direction while it plays, and cannot be copied."""
+
+    direction = 0
+
+    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+        return dict.fromkeys(observations, self.direction)
+
+    __call__ = act
+
+    def play(self, _note: str, observations: dict[str, np.ndarray]) -> dict[str, int]:
+        return self.act(observations)
+
+
+class Called:
+    """The same, but no policy."""
+
+    def __init__(self, learner: Learner) -> None:
+        self.learner = learner
+
+    def __call__(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+        return self.learner.act(observations)
+
+
+@pytest.mark.parametrize(
+    "function",
+    [lambda learner: learner.act, lambda learner: partial(learner.play, "note"), Called],
+    ids=["bound method", "partial", "callable"],
+)
+def test_a_function_is_asked_as_it_is_at_each_step(function: Any) -> None:
+    learner = Learner()
+    view = team_view("predators", function(learner), **WORLD)
+    envs = vector_env(2, "predators", "random", **WORLD)
+    envs.set_opponent(function(learner))
+    view.reset(options={"starts": STARTS})
+    seen, _ = envs.reset(options={"starts": [STARTS] * 2})
+    for learner.direction, way in ((0, [1, 0]), (3, [0, -1])):
+        before, old = view.state(), seen
+        view.step(dict.fromkeys(view.agents, 4))
+        assert (view.state() - before)[[3, 8]].tolist() == way
+        seen, *_ = envs.step(np.full(6, 4))
+        assert (seen - old)[:, 2:].tolist() == [way] * 6
+
+
 # -- another opponent ---------------------------------------------------------------------------------------------
 
 
 def run(direction: int) -> Callable[[dict[str, np.ndarray]], dict[str, int]]:
     return lambda views: dict.fromkeys(views, direction)
-
-
-STARTS = [[0, 0], [0, 0], [0, 0], [10, 10], [15, 15]]
 
 
 def test_a_views_opponent_is_changed_from_the_next_step_on() -> None:
