@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Collection, Mapping
 from typing import Any
 
@@ -31,8 +32,11 @@ def read_options(options: Any, known: Collection[str] = OPTIONS, *, only_ours: b
     return dict(options)
 
 
+_SYNONYMS = {"starts": "(starts?|starting|cells?|positions?|_)+", "reset_mask": "masks?"}
+
+
 def _ours(name: str) -> str | None:
     """Return the option of ours that a name resembles."""
-    if "start" in name.lower():  # start_cells, startingPositions
-        return "starts"
-    return next(iter(difflib.get_close_matches(name.lower(), OPTIONS, n=1)), None)
+    meant = [option for option, pattern in _SYNONYMS.items() if re.fullmatch(pattern, name.lower())]
+    meant += difflib.get_close_matches(name.lower(), OPTIONS, n=1, cutoff=0.8)  # "restart" is 0.77 of "starts"
+    return meant[0] if meant else None

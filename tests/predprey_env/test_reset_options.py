@@ -22,7 +22,9 @@ SINGLE: dict[str, Callable[[], Any]] = {
 FACES = {**SINGLE, "vector_env": lambda: vector_env(2, "prey", "random", **SMALL)}
 
 
-@pytest.mark.parametrize("name", ["start", "Starts", "starst", "start_cells", "starting_positions"])
+@pytest.mark.parametrize(
+    "name", ["start", "Starts", "starst", "start_cells", "startingPositions", "Cells", "positions", "strats"]
+)
 @pytest.mark.parametrize("face", FACES)
 def test_a_misspelt_option_is_refused(face: str, name: str) -> None:
     with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
@@ -30,7 +32,7 @@ def test_a_misspelt_option_is_refused(face: str, name: str) -> None:
     assert str(refused.value) == f"unknown reset option {name}; did you mean starts?"
 
 
-@pytest.mark.parametrize("name", ["reset_mask", "resetmask"])
+@pytest.mark.parametrize("name", ["reset_mask", "resetmask", "mask"])
 @pytest.mark.parametrize("face", FACES)
 def test_only_a_vector_environment_has_a_reset_mask(face: str, name: str) -> None:
     env, mask = FACES[face](), np.ones(2, bool)
@@ -43,7 +45,10 @@ def test_only_a_vector_environment_has_a_reset_mask(face: str, name: str) -> Non
     assert str(refused.value) == f"unknown reset option {name}; {hint}"
 
 
-@pytest.mark.parametrize("options", [None, {}, {"starts": None}, {"wind": 3, "curriculum": "hard", 5: 6}])
+OTHERS = dict.fromkeys(["restart", "warmstart", "start_time", "cell_size", "action_mask", "reset"], 1)
+
+
+@pytest.mark.parametrize("options", [None, {}, {"starts": None}, {"wind": 3, "curriculum": "hard", 5: 6}, OTHERS])
 @pytest.mark.parametrize("face", SINGLE)
 def test_options_of_others_are_passed_over(face: str, options: Any) -> None:
     env, twin = SINGLE[face](), SINGLE[face]()
