@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from predprey_env.actions import brief
+from predprey_env.envs.fixed import read_only
 from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.options import read_options
+from predprey_env.policies.opponents import Opponent
+from predprey_env.policies.protocol import Policy
 
 
 class SB3VecEnv(VecEnv):
@@ -20,20 +23,32 @@ class SB3VecEnv(VecEnv):
 
     It sets the environment's ``autoreset_mode`` to ``AutoresetMode.SAME_STEP``, as Stable-Baselines3 expects worlds to
     start again in the step in which they end. Raises :class:`ValueError` if the environment was reset before in another
-    mode.
+    mode, or stands in a wrapper of Gymnasium's, which may have read another mode.
     """
 
-    def __init__(self, env: PredPreyVectorEnv) -> None:
-        env.autoreset_mode = AutoresetMode.SAME_STEP
-        self.env = env
+    opponent: Policy = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
+    """Who plays the others."""
+
+    def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray]) -> None:
+        worlds = getattr(env, "unwrapped", None)
+        if not isinstance(worlds, PredPreyVectorEnv):
+            raise ValueError(f"env must be a vector environment: call vector_env(...), got {type(env).__name__}")
+        if env is worlds:
+            worlds.autoreset_mode = AutoresetMode.SAME_STEP
+        self.env, self._worlds = env, worlds
+        self._check_mode()
         self.render_mode = None
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    def set_opponent(self, opponent: Opponent) -> None:
+        """Let somebody else play the others; see :meth:`PredPreyVectorEnv.set_opponent`."""
+        self._worlds.set_opponent(opponent)
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
         """Keep the options of the next reset, and of no other: those of :meth:`PredPreyVectorEnv.reset`.
 
         Rows share one environment, so that a list, an item for each row, must hold equal options. Raises
-        :class:`ValueError` if it does not, and for options that there are not.
+        :class:`ValueError` if it does not, and for options that there are not or that cannot be used.
         """
         rows = list(options) if isinstance(options, Sequence) else [options]
         if isinstance(options, Sequence) and len(rows) != self.num_envs:
@@ -41,10 +56,12 @@ class SB3VecEnv(VecEnv):
         first, *others = [read_options(row, only_ours=True) for row in rows]
         if not all(_equal(first, other) for other in others):
             raise ValueError(f"options must be equal for all {self.num_envs} rows, which share one environment")
+        self._worlds._read_options(first)
         self._options = [copy.deepcopy(first)] * self.num_envs
 
     def reset(self) -> np.ndarray:
         """Start all worlds, from the seed and with the options that were set since the last call."""
+        self._check_mode()
         observations, _ = self.env.reset(seed=self._seeds[0], options=self._options[0])
         self._reset_seeds()
         self._reset_options()
@@ -73,20 +90,20 @@ class SB3VecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """The environment's attribute, for each of the rows."""
-        value = self.render_mode if attr_name == "render_mode" else getattr(self.env, attr_name)
+        value = self.render_mode if attr_name == "render_mode" else getattr(self._owner(attr_name), attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Set the environment's attribute; :class:`ValueError` unless for all rows, as they share it."""
         self._all_rows(indices)
-        setattr(self.env, attr_name, value)
+        setattr(self._owner(attr_name), attr_name, value)
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
         """Call the environment's method once, and give its result for each row; :class:`ValueError` unless for all
         rows, as they share it.
         """
         rows = self._all_rows(indices)
-        return [getattr(self.env, method_name)(*method_args, **method_kwargs)] * len(rows)
+        return [getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)] * len(rows)
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:  # noqa: ARG002
         """No row is."""
@@ -95,6 +112,17 @@ class SB3VecEnv(VecEnv):
     def get_images(self) -> Sequence[np.ndarray | None]:
         """There are none."""
         return [None] * self.num_envs
+
+    def _check_mode(self) -> None:
+        mode = self._worlds.autoreset_mode
+        if mode is not AutoresetMode.SAME_STEP:
+            raise ValueError(
+                f"make the environment with 'SameStep', as Stable-Baselines3 expects it, got {mode.value!r}"
+            )
+
+    def _owner(self, name: str) -> Any:
+        """Return what has an attribute: Gymnasium's wrappers do not pass on those of the worlds in them."""
+        return self.env if hasattr(self.env, name) else self._worlds
 
     def _all_rows(self, indices: Any) -> list[int]:
         rows = list(self._get_indices(indices))

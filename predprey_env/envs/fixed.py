@@ -9,16 +9,15 @@ from predprey_env.config import EnvConfig
 from predprey_env.policies.protocol import Policy
 
 
-def read_only(name: str, way: str = "make another environment") -> Any:
-    """An attribute kept as ``_name``; to set it is an :class:`AttributeError` that says what to do instead."""
-    return _refusing(name, f"_{name}", way)
+def read_only(name: str, way: str = "make another environment", kept: str = "") -> Any:
+    """An attribute kept as ``kept``, by default ``_name``; to set it is an :class:`AttributeError` that says what to do
+    instead.
+    """
 
-
-def _refusing(name: str, kept: str, way: str) -> property:
     def refuse(env: Any, value: Any) -> None:  # noqa: ARG001
         raise AttributeError(f"{name} is read-only; {way}")
 
-    return property(attrgetter(kept), refuse)
+    return property(attrgetter(kept or f"_{name}"), refuse)
 
 
 class Configured:
@@ -28,7 +27,7 @@ class Configured:
 
 
 for _field in EnvConfig.model_fields.keys() - {"max_cycles"}:
-    setattr(Configured, _field, _refusing(_field, f"config.{_field}", f"make another environment with {_field}=..."))
+    setattr(Configured, _field, read_only(_field, f"make another environment with {_field}=...", f"config.{_field}"))
 del _field
 
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, Unpack
 
 import numpy as np
+from gymnasium.spaces import Box, Discrete, MultiDiscrete
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -79,6 +80,11 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     team: TeamName = read_only("team")
     n_worlds: int = read_only("n_worlds")
     num_envs: int = read_only("num_envs")
+    metadata: dict[str, Any] = read_only("metadata")
+    single_observation_space: Box = read_only("single_observation_space")
+    single_action_space: Discrete = read_only("single_action_space")
+    observation_space: Box = read_only("observation_space")
+    action_space: MultiDiscrete = read_only("action_space")
     render_mode: str | None = read_only("render_mode", "a vector environment shows nothing")
     _render_mode = None
 
@@ -96,13 +102,13 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._config = config
         self._team = team
         self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
-        self.metadata = {"name": "predprey_vector_v0", "render_modes": []}
+        self._metadata: dict[str, Any] = {"name": "predprey_vector_v0", "render_modes": []}
         self._autoreset_mode = self.metadata["autoreset_mode"] = read_mode(autoreset_mode)
         self._num_envs = n_worlds * shape.n_agents
-        self.single_observation_space = observation_space(config, team)
-        self.single_action_space = action_space(config, team)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._single_observation_space = observation_space(config, team)
+        self._single_action_space = action_space(config, team)
+        self._observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._action_space = batch_space(self.single_action_space, self.num_envs)
 
         self._rules = config.rules
         self._in_turns = config.move_order == "prey_first"
@@ -176,12 +182,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         int ``(n_worlds, n_agents, 2)``, of the worlds that start. An option that looks like one of these misspelt is a
         :class:`ValueError`; others are left to wrappers.
         """
-        options = read_options(options)
-        which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)
-        if self._over is None and len(which) < self.n_worlds:
-            raise RuntimeError("reset() must be called without a reset_mask first")
-        starts = options.get("starts")
-        given = None if starts is None else given_starts(starts, self.config, self.n_worlds)[which]
+        which, given = self._read_options(options)
         with self._all_or_nothing():
             self._seed(seed, which)
             self._start(which, given)
@@ -220,6 +221,15 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 infos |= {**final, "_final_obs": ended, "_final_info": ended}
         rewards, terminated, truncated = (array.ravel() for array in results)
         return observations, rewards, terminated, truncated, infos
+
+    def _read_options(self, options: dict[str, Any] | None) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return which worlds start, and where, None for at random."""
+        options = read_options(options)
+        which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)
+        if self._over is None and len(which) < self.n_worlds:
+            raise RuntimeError("reset() must be called without a reset_mask first")
+        starts = options.get("starts")
+        return which, None if starts is None else given_starts(starts, self.config, self.n_worlds)[which]
 
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:

@@ -12,12 +12,13 @@ import pytest
 import supersuit as ss
 import torch
 from gymnasium.vector import AutoresetMode
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
-from predprey_env import predprey_v0, vector_env
+from predprey_env import predprey_v0, team_view, vector_env
 from predprey_env.sb3 import SB3VecEnv
 
 pytestmark = pytest.mark.ecosystem
@@ -170,6 +171,50 @@ def test_the_adapter_refuses_worlds_that_have_started_in_another_mode() -> None:
     SB3VecEnv(vector_env(2, "prey", "surround", "SAME_STEP"))
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: team_view("prey", "surround"),
+        predprey_v0.parallel_env,
+        lambda: SB3VecEnv(vector_env(1, "prey", "surround")),
+    ],
+)
+def test_the_adapter_takes_no_other_environment(make: Any) -> None:
+    env = make()
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        SB3VecEnv(env)
+    assert str(refused.value) == (f"env must be a vector environment: call vector_env(...), got {type(env).__name__}")
+
+
+OTHER_MODE = r"^make the environment with 'SameStep', as Stable-Baselines3 expects it, got 'NextStep'$"
+
+
+def test_worlds_in_a_wrapper_are_made_with_the_mode_that_it_reads() -> None:
+    with pytest.raises(ValueError, match=OTHER_MODE):
+        SB3VecEnv(RecordEpisodeStatistics(vector_env(2, "predators", "random", **SMALL)))
+    env = SB3VecEnv(RecordEpisodeStatistics(vector_env(2, "predators", "random", "SameStep", **SMALL)))
+    env.reset()
+    dones = [env.step(np.zeros(6, int))[2].any() for _ in range(40)]
+    assert any(dones)
+    assert len(env.env.return_queue) > 0
+    with pytest.raises(AttributeError, match=r"^opponent is read-only"):
+        env.set_attr("opponent", "flee_nearest")
+    env.set_opponent("flee_nearest")
+    assert env.opponent.script == env.get_attr("opponent")[0].script == "flee_nearest"
+
+
+@pytest.mark.parametrize("way", ["set_attr", "attribute"])
+def test_a_mode_that_is_set_after_wrapping_is_refused_at_the_reset(way: str) -> None:
+    worlds = vector_env(2, "predators", "random", **SMALL)
+    env = SB3VecEnv(worlds)
+    if way == "set_attr":
+        env.set_attr("autoreset_mode", "NextStep")
+    else:
+        worlds.autoreset_mode = AutoresetMode.NEXT_STEP
+    with pytest.raises(ValueError, match=OTHER_MODE):
+        env.reset()
+
+
 def adapter() -> SB3VecEnv:
     """Two worlds of five agents, and random prey."""
     return SB3VecEnv(vector_env(2, "predators", "random", **SMALL))
@@ -223,6 +268,9 @@ def test_options_go_through_wrappers() -> None:
         ([{"starts": STARTS}] * 5 + [{}], r"^options must be equal for all 6 rows, which share one environment$"),
         ([[1], [2]] * 3, r"^options must be a mapping from names to values, got \[1\]$"),
         (3, r"^options must be a mapping from names to values, got 3$"),
+        ({"starts": STARTS + 9}, r"^starts must lie in \[0, 6\), got 9 to 14$"),
+        ({"starts": 3}, r"^starts must be integers of shape \(2, 5, 2\), got int64 of shape \(\)$"),
+        ({"reset_mask": [1] * 6}, r"^reset_mask must be bool of shape \(6,\), got int64 of shape \(6,\)$"),
     ],
 )
 def test_unequal_and_unknown_options_are_refused(options: Any, line: str) -> None:
@@ -241,6 +289,8 @@ def test_the_opponent_is_changed_by_its_method_alone() -> None:
     (before, *_) = env.get_attr("opponent")
     with pytest.raises(AttributeError, match=r"^opponent is read-only; call set_opponent\(opponent\)$"):
         env.set_attr("opponent", "flee_nearest")
+    with pytest.raises(AttributeError, match=r"^opponent is read-only; call set_opponent\(opponent\)$"):
+        env.venv.opponent = "flee_nearest"
     assert env.get_attr("opponent") == [before] * 6
     env.env_method("set_opponent", lambda views: dict.fromkeys(views, 2))
     seen = [env.step(np.full(6, 4))[0][0].tolist() for _ in range(2)]
@@ -249,7 +299,7 @@ def test_the_opponent_is_changed_by_its_method_alone() -> None:
         env.env_method("set_opponent", "surround")
 
 
-@pytest.mark.parametrize("name", ["team", "config", "n_worlds", "num_envs", "size"])
+@pytest.mark.parametrize("name", ["team", "config", "n_worlds", "num_envs", "size", "metadata", "observation_space"])
 def test_what_the_worlds_were_made_with_is_read_only(name: str) -> None:
     env = adapter()
     before = env.get_attr(name)

@@ -25,7 +25,11 @@ FIELDS = [name for name in EnvConfig.model_fields if name != "max_cycles"]
 READ_ONLY = [
     *[(face, "config") for face in FACES],
     *[("team_view", name) for name in ("team", "env")],
-    *[("vector_env", name) for name in ("team", "n_worlds", "num_envs")],
+    *[
+        ("vector_env", name)
+        for name in ("team", "n_worlds", "num_envs", "metadata", "observation_space", "action_space")
+    ],
+    *[("vector_env", f"single_{name}_space") for name in ("observation", "action")],
 ]
 
 
