@@ -9,20 +9,18 @@ from types import ModuleType
 from gymnasium.error import DependencyNotInstalled
 
 
-def require(module: str, purpose: str) -> ModuleType:
-    """The module, or :class:`gymnasium.error.DependencyNotInstalled` with what it was wanted for."""
+def require(module: str, purpose: str, remedy: str) -> ModuleType:
+    """The module, or :class:`gymnasium.error.DependencyNotInstalled` with what it was wanted for and what to do."""
     try:
         return import_module(module)
     except ImportError:
-        raise DependencyNotInstalled(
-            f'{purpose} needs {module}: install predprey-esp with its extra "render"'
-        ) from None
+        raise DependencyNotInstalled(f"{purpose} needs {module}: {remedy}") from None
 
 
 def require_pygame(purpose: str) -> None:
     """Check that pictures can be drawn, or :class:`gymnasium.error.DependencyNotInstalled`."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # standard output is the program's own
-    pygame = require("pygame", purpose)
+    pygame = require("pygame", purpose, "pip install pygame-ce")
     if not hasattr(pygame, "Window"):
         found = f"pygame {pygame.version.ver}"
         raise DependencyNotInstalled(

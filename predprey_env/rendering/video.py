@@ -6,18 +6,21 @@ import errno
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from decimal import Decimal
 from fractions import Fraction
 from itertools import chain
-from math import isinf
+from math import inf
 from numbers import Real
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen
 from tempfile import TemporaryDirectory, TemporaryFile
+from typing import Any
 
 import numpy as np
 
 from predprey_env.actions import brief
 from predprey_env.rendering.extra import require
+from predprey_env.settings import plain
 
 SUFFIXES = ".gif", ".mp4"
 
@@ -31,32 +34,46 @@ def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: 
     """Write RGB frames, uint8 ``(height, width, 3)``, as a GIF or MP4, by the suffix of the path.
 
     Raises :class:`ValueError` for another suffix or unfit frames, :class:`OSError` if the file cannot be written, and
-    for an MP4 :class:`gymnasium.error.DependencyNotInstalled` without the extra ``render``. No file is left half
-    written.
+    :class:`gymnasium.error.DependencyNotInstalled` without Pillow, or for an MP4 without imageio-ffmpeg, which the
+    extra ``render`` brings. No file is left half written.
     """
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"a video must be a {' or '.join(SUFFIXES)} file, got {str(path)!r}")
-    if not isinstance(fps, Real) or isinf(fps):
-        raise ValueError(f"fps must be a finite number, got {brief(fps)}")
-    if not fps > 0:
-        raise ValueError(f"fps must be greater than 0, got {fps}")
+    rate = _read_rate(fps)
     if suffix == ".mp4":
-        require("imageio_ffmpeg", "an MP4")
-    target = Path(os.path.realpath(path))  # of a link, which stays one
+        require("imageio_ffmpeg", "an MP4", 'install predprey-esp with its extra "render"')
+    else:
+        require("PIL", "a GIF", "pip install pillow")
     try:
+        target = Path(os.path.realpath(path))  # of a link, which stays one
+        if target.is_symlink():  # it goes round in circles
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         with TemporaryDirectory(dir=target.parent, prefix=".video-") as place:
             whole = Path(place, f"video{suffix}")
             if suffix == ".mp4":
-                _write_mp4(_checked(frames), whole, float(fps))
+                _write_mp4(_checked(frames), whole, rate)
             else:
                 from predprey_env.rendering.gif import write_gif  # which imports Pillow
 
-                write_gif([*_checked(frames)], whole, float(fps))
+                write_gif([*_checked(frames)], whole, rate)
             whole.replace(target)
     except OSError as error:
         raise OSError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def _read_rate(fps: Any) -> float:
+    number = plain(fps)
+    try:
+        rate = float(number) if isinstance(number, Real | Decimal) and not isinstance(number, bool) else inf
+    except (OverflowError, ValueError):  # of a long integer, and of a signalling NaN
+        rate = inf
+    if rate == inf:
+        raise ValueError(f"fps must be a finite number, got {brief(number)}")
+    if not rate > 0:
+        raise ValueError(f"fps must be greater than 0, got {number}")
+    return rate
 
 
 def _write_mp4(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
@@ -65,6 +82,8 @@ def _write_mp4(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
 
     first = next(frames)
     height, width, _ = first.shape
+    if not 1e-3 <= fps <= 1e6:  # what ffmpeg can keep, in round numbers
+        raise ValueError(f"fps of an MP4 must be in 0.001..1000000, got {fps}")
     rate = str(Fraction(fps).limit_denominator())
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate, "-i", "-"]
     command = [get_ffmpeg_exe(), "-v", "error", "-y", *raw, "-an", *_H264, str(path)]

@@ -77,9 +77,9 @@ def test_the_turn_based_face_renders_too() -> None:
 
 
 @pytest.mark.parametrize("mode", ["human", "rgb_array"])
-def test_without_the_extra_one_line_names_it(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_pygame_one_line_names_what_to_install(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
-    line = rf'^render_mode "{mode}" needs pygame: install predprey-esp with its extra "render"$'
+    line = rf'^render_mode "{mode}" needs pygame: pip install pygame-ce$'
     with pytest.raises(DependencyNotInstalled, match=line):
         PredPreyEnv(SMALL, mode)
 

@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
+from decimal import Decimal
 from fractions import Fraction
-from itertools import pairwise
+from itertools import groupby, pairwise
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +105,7 @@ def test_a_link_stays_one_and_the_file_that_it_leads_to_is_written(tmp_path: Pat
     assert file.stat().st_size > 20
 
 
-FPS = [15, 15.0, np.float32(15), np.int64(15), np.uint8(15), Fraction(15)]
+FPS = [15, 15.0, np.float32(15), np.int64(15), np.uint8(15), np.array(15), Fraction(15), Decimal(15)]
 
 
 @pytest.mark.parametrize("fps", FPS, ids=lambda fps: type(fps).__name__)
@@ -120,6 +123,52 @@ def test_of_more_frames_than_a_gif_can_show_it_shows_some_and_takes_as_long(tmp_
     read, durations = read_gif(tmp_path / "chase.gif")
     assert [int(frame[0, 0, 0]) for frame in read] == list(range(0, 40, 2))
     assert durations == [10] * 20
+
+
+BLACK, WHITE = np.zeros((8, 8, 3), np.uint8), np.full((8, 8, 3), 255, np.uint8)
+CORNER = BLACK.copy()
+CORNER[0, 0] = 255
+
+
+@pytest.mark.parametrize(
+    ("frames", "fps", "shown"),
+    [
+        ([BLACK] * 700, 1, [(BLACK, 700_000)]),
+        ([BLACK] * 10_000, 1, [(BLACK, 10_000_000)]),
+        ([BLACK] * 3 + [WHITE] * 700 + [BLACK], 1, [(BLACK, 3_000), (WHITE, 700_000), (BLACK, 1_000)]),
+        ([BLACK, *[CORNER] * 2_000, WHITE], 1, [(BLACK, 1_000), (CORNER, 2_000_000), (WHITE, 1_000)]),
+        ([BLACK, WHITE], 0.001, [(BLACK, 1_000_000), (WHITE, 1_000_000)]),
+        ([CORNER], 1e-6, [(CORNER, 1_000_000_000)]),
+        ([BLACK, WHITE], 1e300, [(BLACK, 10)]),
+    ],
+)
+def test_a_frame_of_a_gif_may_be_shown_for_longer_than_a_picture_can(
+    tmp_path: Path, frames: list[np.ndarray], fps: float, shown: list[tuple[np.ndarray, int]]
+) -> None:
+    """A picture has room for 655.35 s."""
+    save_video(frames, tmp_path / "chase.gif", fps)
+    read = [(picture.tobytes(), duration) for picture, duration in zip(*read_gif(tmp_path / "chase.gif"), strict=True)]
+    equal = [list(group) for _, group in groupby(read, key=itemgetter(0))]
+    found = [(group[0][0], sum(duration for _, duration in group)) for group in equal]
+    assert found == [(frame.tobytes(), duration) for frame, duration in shown]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "frame", "fps", "line"),
+    [
+        (".gif", BLACK, 1e-300, r"a GIF lasts at most 1000000 s, got 1 frames at 1e-300 a second"),
+        (".gif", np.zeros((1, 70_000, 3), np.uint8), 15, r"a GIF is at most 65535 pixels .*, got frames of 1 x 70000"),
+        (".gif", np.zeros((65_536, 1, 3), np.uint8), 15, r"a GIF is at most 65535 pixels .*, got frames of 65536 x 1"),
+        (".mp4", BLACK, 1e-300, r"fps of an MP4 must be in 0\.001\.\.1000000, got 1e-300"),
+        (".mp4", BLACK, 1e300, r"fps of an MP4 must be in 0\.001\.\.1000000, got 1e\+300"),
+    ],
+)
+def test_what_a_format_cannot_hold_is_refused(
+    tmp_path: Path, suffix: str, frame: np.ndarray, fps: float, line: str
+) -> None:
+    with pytest.raises(ValueError, match=f"^{line}$"):
+        save_video([frame], tmp_path / f"chase{suffix}", fps)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_does_not_move_in_a_gif_keeps_its_colours_among_many_others(tmp_path: Path) -> None:
@@ -183,13 +232,20 @@ def test_unfit_frames_leave_what_was_there(tmp_path: Path, fault: str, suffix: s
     assert path.read_text() == "older"
 
 
-@pytest.mark.parametrize("fps", ["15", None, float("inf"), np.array([15.0])])
+@pytest.mark.parametrize(
+    "fps", ["15", None, True, float("inf"), Decimal("inf"), Decimal("sNaN"), np.array([15.0]), 15j]
+)
 def test_a_rate_that_is_no_number_is_refused(tmp_path: Path, fps: Any) -> None:
     with pytest.raises(ValueError, match=rf"^fps must be a finite number, got {re.escape(repr(fps))}$"):
         save_video(episode(1), tmp_path / "chase.gif", fps)
 
 
-@pytest.mark.parametrize("fps", [0, -1, float("nan")])
+def test_a_rate_beyond_all_floats_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"^fps must be a finite number, got 10{99}\.\.\.$"):
+        save_video(episode(1), tmp_path / "chase.gif", 10**400)
+
+
+@pytest.mark.parametrize("fps", [0, -1, float("nan"), Decimal("NaN")])
 def test_a_rate_that_is_none_is_refused(tmp_path: Path, fps: float) -> None:
     with pytest.raises(ValueError, match=rf"^fps must be greater than 0, got {fps}$"):
         save_video(episode(1), tmp_path / "chase.gif", fps)
@@ -204,6 +260,17 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=rf"^cannot write {taken}: Is a directory$"):
         save_video(episode(1), taken)
     assert list(tmp_path.iterdir()) == [taken]
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_a_link_that_leads_to_itself_stays_one(tmp_path: Path, suffix: str) -> None:
+    one, other = tmp_path / f"one{suffix}", tmp_path / f"other{suffix}"
+    one.symlink_to(other.name)
+    other.symlink_to(one.name)
+    with pytest.raises(OSError, match=rf"^cannot write {one}: {os.strerror(errno.ELOOP)}$"):
+        save_video([BLACK], one)
+    assert one.readlink() == Path(other.name)
+    assert other.readlink() == Path(one.name)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="the false encoder is a shell script")
@@ -267,6 +334,12 @@ def test_without_the_extra_a_film_is_refused_in_one_line_and_a_gif_is_written(
     save_video([frame], tmp_path / "chase.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["chase.gif"]
     assert (read_gif(tmp_path / "chase.gif")[0][0] == 0).all()
+
+
+def test_without_pillow_a_gif_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(DependencyNotInstalled, match=r"^a GIF needs PIL: pip install pillow$"):
+        save_video([BLACK], tmp_path / "chase.gif")
 
 
 def test_pettingzoo_records_an_episode(tmp_path: Path) -> None:

@@ -56,12 +56,12 @@ def test_mistakes_are_one_line(esp_trainer: EspTrainer, predators: Path, prey: P
     assert "no/such" in esp_trainer(*pair, "--gif", tmp_path / "no/such/a.gif").refusal
 
 
-def test_without_the_extra_it_says_what_to_install(
+def test_without_pygame_it_says_what_to_install(
     esp_trainer: EspTrainer, predators: Path, prey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "pygame", None)
     refusal = esp_trainer("replay", predators, "--against", prey, "--gif", tmp_path / "a.gif").refusal
-    assert 'install predprey-esp with its extra "render"' in refusal
+    assert "needs pygame: pip install pygame-ce" in refusal
     assert builtins.list(tmp_path.glob("*.gif")) == []
 
 
