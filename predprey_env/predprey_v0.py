@@ -126,6 +126,7 @@ One team at a time: :func:`predprey_env.team_view`. Many worlds at once: :func:`
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from inspect import signature
 from typing import Any, Literal, Unpack
 
@@ -134,6 +135,7 @@ from pettingzoo.utils import parallel_to_aec, wrappers
 
 from predprey_env.config import EnvConfig, EnvParameters
 from predprey_env.envs.parallel import PredPreyEnv
+from predprey_env.settings import unknown_field
 
 __all__ = ["env", "parallel_env", "raw_env"]
 
@@ -168,12 +170,22 @@ def env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
     """The environment with PettingZoo's AEC API, with checks of actions and of the order of calls; the parameters are
     those of :func:`parallel_env`.
     """
+    _check_names("env", parameters)
     return wrappers.OrderEnforcingWrapper(wrappers.AssertOutOfBoundsWrapper(raw_env(**parameters)))
 
 
 def raw_env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
     """The environment with PettingZoo's AEC API, without checks; the parameters are those of :func:`parallel_env`."""
+    _check_names("raw_env", parameters)
     return parallel_to_aec(parallel_env(**parameters))
+
+
+def _check_names(maker: str, parameters: Collection[str]) -> None:
+    """Raise the :class:`TypeError` of an unknown keyword with the name of the function that was called."""
+    known = list(signature(parallel_env).parameters)
+    for name in parameters:
+        if name not in known:
+            raise TypeError(f"{maker}(): {unknown_field(name, known)}")
 
 
 # help() and inspect.signature() name the parameters one by one.

@@ -95,6 +95,14 @@ def test_a_turn_based_environment_can_be_copied(make, copied) -> None:
         assert twin.last()[0].tolist() == env.last()[0].tolist()
 
 
+@pytest.mark.parametrize(("name", "near"), [("sizee", "size"), ("rendermode", "render_mode"), ("n_preys", "n_prey")])
+def test_an_unknown_parameter_is_told_by_the_function_that_was_called(name: str, near: str) -> None:
+    for maker in ("env", "raw_env"):
+        with pytest.raises(TypeError) as refused:
+            getattr(predprey_v0, maker)(**{name: 3})
+        assert str(refused.value) == f"{maker}(): unknown field {name}; did you mean {near}?"
+
+
 def test_every_parameter_reaches_the_world() -> None:
     changed = {
         "n_predators": 2,
