@@ -1,4 +1,4 @@
-"""What a vector environment is given, checked; :class:`ValueError` for what is no input."""
+"""What an environment is given, checked; :class:`ValueError` for what is no input."""
 
 from __future__ import annotations
 
@@ -52,15 +52,19 @@ def read_mask(mask: Any, n_worlds: int, n_rows: int) -> np.ndarray:
     return np.flatnonzero(by_world[:, 0])
 
 
+def read_seed(seed: Any) -> int | None:
+    """Return a seed as a Python integer, None for none. True is 1, as in Gymnasium."""
+    return None if seed is None else index(plain(seed))
+
+
 def read_seeds(seed: int | Sequence[int | None] | None, n_worlds: int) -> list[int | None]:
     """Return a seed for each world, None where it has none."""
     seed = plain(seed)
-    if seed is None:
-        return [None] * n_worlds
     if isinstance(seed, Sequence | np.ndarray):
-        seeds = [None if each is None else index(each) for each in seed]
+        seeds = [read_seed(each) for each in seed]
     else:
-        seeds = [index(seed) + world for world in range(n_worlds)]
+        first = read_seed(seed)
+        seeds = [None if first is None else first + world for world in range(n_worlds)]
     if len(seeds) != n_worlds:
         raise ValueError(f"seed must be an integer or one for each of {n_worlds} worlds, got {len(seeds)}")
     return seeds

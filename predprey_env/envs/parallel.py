@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import index
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -15,6 +14,7 @@ from predprey_env.compilation import entry_point
 from predprey_env.config import TEAMS, EnvConfig, Rules
 from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
 from predprey_env.envs.fixed import Configured
+from predprey_env.envs.inputs import read_seed
 from predprey_env.fitness import fitness
 from predprey_env.observation import observe
 from predprey_env.options import read_options
@@ -142,8 +142,8 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         """Start an episode from random places, or from ``options={"starts": (n_agents, 2) cells}``."""
         starts = read_options(options, ("starts",)).get("starts")
         given = None if starts is None else given_starts(starts, self.config)
-        if seed is not None:
-            self._random = seeding.np_random(index(seed))
+        if (number := read_seed(seed)) is not None:
+            self._random = seeding.np_random(number)
         places = draw_starts(self.np_random, 1, self.config)[0] if given is None else given
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
         self._steps = 0

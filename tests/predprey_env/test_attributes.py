@@ -205,3 +205,15 @@ def test_a_single_environment_has_its_seed(face: str) -> None:
     unseeded.reset()
     twin.reset(seed=unseeded.np_random_seed)
     assert unseeded.state().tolist() == twin.state().tolist()
+
+
+@pytest.mark.parametrize("seed", [3, np.int64(3), np.array(3), np.uint8(3), True, np.bool_(True), np.array(True)])
+@pytest.mark.parametrize("face", FACES)
+def test_a_seed_is_the_number_that_it_holds(face: str, seed: Any) -> None:
+    env, twin = FACES[face](), FACES[face]()
+    env.reset(seed=seed)
+    twin.reset(seed=int(seed))
+    assert env.np_random_seed == twin.np_random_seed == ((int(seed), int(seed) + 1) if face == "vector_env" else seed)
+    if face == "vector_env":
+        env.reset(seed=[seed, seed])
+        assert env.np_random_seed == (int(seed), int(seed))
