@@ -11,6 +11,7 @@ from predprey_env.floats import as_float
 from predprey_env.lanes import where
 
 _LOW_BITS = (1 << 31) - 1
+_FACTOR = np.int64(1664525)  # of 64 bits: where nothing is compiled, NumPy would multiply a state in 32
 _UNIT = np.float32(2.0**-31)
 
 
@@ -26,7 +27,7 @@ def scramble(seed: int, agent: int) -> int:
 @rule
 def advance(state: Any) -> Any:
     """The state after one: a linear congruential generator modulo 2**31."""
-    return (state * 1664525 + 1013904223) & _LOW_BITS
+    return (state * _FACTOR + 1013904223) & _LOW_BITS
 
 
 @rule

@@ -37,10 +37,12 @@ def twins(team: TeamName = "prey", **rules: Any) -> list[PredPreyVectorEnv]:
 def test_where_nothing_is_compiled_one_line_names_the_variable_and_single_worlds_play() -> None:
     program = (
         "from predprey_env import team_view, vector_env\n"
-        "env = team_view('prey', opponent='greedy_chase', size=7)\n"
-        "env.reset(seed=0)\n"
-        "env.step(dict.fromkeys(env.agents, 1))\n"
-        "print(env.state().tolist())\n"
+        "for opponent in ('greedy_chase', 'random'):\n"
+        "    env = team_view('prey', opponent, size=7)\n"
+        "    env.reset(seed=0)\n"
+        "    for _ in range(9):\n"
+        "        env.step(dict.fromkeys(env.agents, 1))\n"
+        "    print(env.state().tolist())\n"
         "try:\n"
         "    vector_env(3, 'prey', 'random', size=7).reset()\n"
         "except ValueError as error:\n"
@@ -49,11 +51,13 @@ def test_where_nothing_is_compiled_one_line_names_the_variable_and_single_worlds
     uncompiled = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, env=uncompiled)
     assert (done.returncode, done.stderr) == (0, "")
-    state, line = done.stdout.splitlines()
-    env = team_view("prey", opponent="greedy_chase", size=7)
-    env.reset(seed=0)
-    env.step(dict.fromkeys(env.agents, 1))
-    assert state == str(env.state().tolist())
+    *states, line = done.stdout.splitlines()
+    for opponent, state in zip(("greedy_chase", "random"), states, strict=True):
+        env = team_view("prey", opponent, size=7)
+        env.reset(seed=0)
+        for _ in range(9):
+            env.step(dict.fromkeys(env.agents, 1))
+        assert state == str(env.state().tolist())
     assert line == (
         "NUMBA_DISABLE_JIT must be unset to play many worlds at a time; only parallel_env, env and team_view play "
         "uncompiled"
