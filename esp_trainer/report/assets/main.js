@@ -16,6 +16,7 @@ function pictured(moment) {
     element("small", { textContent: moment.text }), element("small", { textContent: where })]);
   button.addEventListener("click", () => {
     player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.shown[0] });
+    byId("toggle").focus({ preventScroll: true }); // or space would press the moment's button again
     byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
     player.play();
   });

@@ -154,7 +154,7 @@ class Player {
     const { key, target } = event;
     const pages = ["Home", "End"].includes(key) && !target.closest("#play"); // no label promises them, and it is long
     const focused = target.closest("button, summary, a") ? key === " " : target.closest("input") ? key !== " " : target.closest("select");
-    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || pages || focused) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || pages || focused || !this.#inView()) return;
     const keys = {
       " ": () => event.repeat || (this.playing ? this.pause() : this.play()),
       ArrowLeft: () => this.seek(Math.ceil(this.time) - 1),
@@ -165,6 +165,12 @@ class Player {
     if (!keys[key]) return;
     event.preventDefault();
     keys[key]();
+  }
+
+  // Where the player is not seen, keys are the page's: space scrolls it.
+  #inView() {
+    const { top, bottom } = document.querySelector(".stage").getBoundingClientRect();
+    return bottom > 0 && top < window.innerHeight;
   }
 
   // Where everybody stands now is the new start, with the dragged agent where it is let go.

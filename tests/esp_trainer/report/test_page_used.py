@@ -124,7 +124,7 @@ def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
 
 
 def test_keys_work_from_the_first_moment_and_do_not_scroll(page_file: Path, open_page: OpenPage) -> None:
-    tab = open_page(page_file, viewport={"width": 1280, "height": 500})
+    tab = open_page(page_file, viewport={"width": 1280, "height": 1200})
     keyboard, scrolled = tab.page.keyboard, "() => window.scrollY"
     tab("() => { predprey.player.speed = 0.01; }")  # lest the match ends meanwhile
     keyboard.press("ArrowRight")
@@ -133,7 +133,7 @@ def test_keys_work_from_the_first_moment_and_do_not_scroll(page_file: Path, open
     assert (tab(STATE)["time"], tab(STATE)["playing"]) == (1, False)
     keyboard.press(" ")
     assert tab(STATE)["playing"]
-    tab.page.locator("#chart-success .nsewdrag").click()  # on a chart, which needs no keys
+    tab.page.locator("#result").click()  # on a text, which needs no keys
     before = tab(scrolled)
     keyboard.press(" ")
     assert not tab(STATE)["playing"]
@@ -141,7 +141,34 @@ def test_keys_work_from_the_first_moment_and_do_not_scroll(page_file: Path, open
     keyboard.down(" ")  # held down, it counts once
     keyboard.up(" ")
     assert tab(STATE)["playing"]
-    assert tab(scrolled) == before > 0
+    assert tab(scrolled) == before
+    tab.assert_quiet()
+
+
+def test_where_the_player_is_not_seen_space_scrolls_the_page(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file, viewport={"width": 1280, "height": 500})
+    tab.page.locator("#world").click(position={"x": 1, "y": 1})  # it has the focus
+    tab("() => document.querySelector('#charts').scrollIntoView({ behavior: 'instant' })")
+    before = tab("() => window.scrollY")
+    tab.page.keyboard.press(" ")
+    tab.until(f"window.scrollY > {before}")
+    assert not tab(STATE)["playing"]
+    tab("() => window.scrollTo({ top: document.body.scrollHeight, behavior: 'instant' })")
+    tab.page.keyboard.press(" ")
+    tab.page.keyboard.press("ArrowRight")
+    assert (tab(STATE)["playing"], tab(STATE)["time"]) == (False, 0)
+    tab.assert_quiet()
+
+
+def test_after_a_click_on_a_moment_space_is_the_players(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    tab("() => { predprey.player.speed = 0.01; }")
+    tab.page.locator(".moments button").last.click()
+    assert tab(STATE)["playing"]
+    tab.page.keyboard.press(" ")
+    assert not tab(STATE)["playing"]
+    tab.page.keyboard.press(" ")
+    assert tab(STATE)["playing"]
     tab.assert_quiet()
 
 
