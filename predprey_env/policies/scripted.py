@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from predprey_env.compilation import entry_point, rule
-from predprey_env.config import EnvConfig, TeamName
+from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.lanes import load, store
 from predprey_env.policies.chance import advance, pick
 from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_team
@@ -84,8 +85,9 @@ def how_to_load(name: Any) -> str:
     path = PurePath(name)
     if path.suffix == ".safetensors" or isinstance(name, PurePath):
         return f"; load the file of an evolved team with esp_trainer.Team.load({str(name)!r})"
-    if len(path.parts) > 1 and not path.suffix:
-        return f"; load a team of the zoo with esp_trainer.load_team({name!r})"
+    if re.search(r"[/\\\d]", name) and not path.suffix:  # as in no script's name
+        team = name.replace("\\", "/")
+        return f"; load a team of the zoo with esp_trainer.load_team({team!r})"
     return ""
 
 
@@ -104,8 +106,10 @@ class ScriptedTeam:
     def __init__(
         self, script: str, team: TeamName | None = None, n_actions: int | None = None, *, in_turns: bool = False
     ) -> None:
-        if team is not None and team not in SCRIPTS:
-            raise ValueError(f"team must be {' or '.join(SCRIPTS)}, got {team!r}")
+        if team is not None and team not in TEAMS:
+            raise ValueError(f"team must be {' or '.join(TEAMS)}, got {team!r}")
+        if not isinstance(plain(in_turns), bool):
+            raise ValueError(f"in_turns must be a boolean, got {in_turns!r}")
         teams = [name for name, scripts in SCRIPTS.items() if script in scripts and team in (None, name)]
         if not teams:
             known = NUMBERS if team is None else SCRIPTS[team]

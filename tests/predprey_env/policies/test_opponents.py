@@ -108,6 +108,25 @@ def test_the_name_or_file_of_an_evolved_team_is_answered_with_how_to_load_it(use
     assert str(refused.value) == f"script must be one of {scripts}, got {name!r}; {remedy}({name!r})"
 
 
+@pytest.mark.parametrize(
+    ("name", "team"),
+    [
+        ("seed-500-late", "seed-500-late"),
+        ("modern-3v2", "modern-3v2"),
+        ("modern-3v2\\prey\\seed-500-late", "modern-3v2/prey/seed-500-late"),
+    ],
+)
+def test_what_looks_like_a_part_of_a_zoo_teams_name_is_answered_so_too(name: str, team: str) -> None:
+    with pytest.raises(ValueError, match=rf"; {ZOO}\('{team}'\)$"):
+        as_policy(name, "prey", WORLD)
+
+
+@pytest.mark.parametrize("name", ["greedy-chase", "Random", ""])
+def test_a_misspelt_script_is_not_taken_for_a_team(name: str) -> None:
+    with pytest.raises(ValueError, match=rf"^script must be one of .*, got '{name}'$"):
+        as_policy(name, "prey", WORLD)
+
+
 def test_a_path_is_answered_with_how_to_load_it() -> None:
     with pytest.raises(ValueError, match=r"; load the file of an evolved team with esp_trainer.Team.load\('a/b'\)$"):
         as_policy(PurePosixPath("a/b"), "prey", WORLD)

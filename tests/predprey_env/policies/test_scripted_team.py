@@ -158,9 +158,19 @@ def test_a_script_that_the_team_does_not_have_is_refused(arguments: tuple[str, .
     assert str(refused.value) == line
 
 
-def test_an_unknown_team_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"^team must be predators or prey, got 'birds'$"):
-        ScriptedTeam("random", "birds")
+@pytest.mark.parametrize("team", ["birds", ["prey"], {"prey"}, 3])
+def test_an_unknown_team_is_refused(team: Any) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        ScriptedTeam("random", team)
+    assert str(refused.value) == f"team must be predators or prey, got {team!r}"
+
+
+@pytest.mark.parametrize("in_turns", [3, None, "prey_first", 1.0])
+def test_whether_teams_move_in_turns_is_yes_or_no(in_turns: Any) -> None:
+    with pytest.raises(ValueError) as refused:  # noqa: PT011
+        ScriptedTeam("surround", in_turns=in_turns)
+    assert str(refused.value) == f"in_turns must be a boolean, got {in_turns!r}"
+    assert ScriptedTeam("surround", in_turns=np.bool_(True)).in_turns is True
 
 
 @pytest.mark.parametrize("n_actions", [3, 5.0, "5", True, np.float64(5), np.bool_(True)])
