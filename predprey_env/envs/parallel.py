@@ -97,7 +97,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     @property
     def max_cycles(self) -> int:
-        """The time limit in steps; may be set between episodes."""
+        """The time limit in steps. Set during an episode it counts at once; one past it ends with the next step."""
         return self.config.max_cycles
 
     @max_cycles.setter
@@ -193,11 +193,11 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     def state(self) -> np.ndarray:
         """Everything, for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``. All columns, all rows, which
-        prey are free, and the share of the time limit that has passed.
+        prey are free, and the share of the time limit that has passed, at most 1.
         """
         if self._world is None:
             raise RuntimeError("reset() must be called before state()")
-        passed = [self._time / self._rules.max_cycles]
+        passed = [min(1.0, self._time / self._rules.max_cycles)]  # the limit may have been lowered since
         return np.concatenate([*self._world, passed], dtype=np.float32)
 
     def render(self) -> str | np.ndarray | None:

@@ -83,7 +83,7 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
 
     @property
     def max_cycles(self) -> int:
-        """The time limit in steps; may be set between episodes."""
+        """The time limit in steps. Set during an episode it counts at once; one past it ends with the next step."""
         return self.env.max_cycles
 
     @max_cycles.setter

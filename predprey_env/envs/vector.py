@@ -154,7 +154,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     @property
     def max_cycles(self) -> int:
-        """The time limit in steps; set, it counts for episodes under way too."""
+        """The time limit in steps. Set during episodes it counts at once; those past it end with the next step."""
         return self.config.max_cycles
 
     @max_cycles.setter

@@ -85,6 +85,20 @@ def test_in_many_worlds_the_time_limit_counts_at_once() -> None:
     assert envs.step(np.array(stay))[3].all()
 
 
+@pytest.mark.parametrize("face", ["parallel_env", "team_view"])
+def test_a_time_limit_below_the_steps_played_ends_the_episode_with_the_next(face: str) -> None:
+    env = FACES[face]()
+    env.reset(seed=1, options={"starts": [[0, 0]] * 3 + [[4, 4]] * 2})
+    for _ in range(2):
+        env.step(dict.fromkeys(env.agents, 0))
+    env.max_cycles = 1
+    inner = getattr(env, "env", env)
+    assert env.state()[-1] == 1
+    assert env.state() in inner.state_space
+    assert all(env.step(dict.fromkeys(env.agents, 0))[3].values())
+    assert (env.agents, env.state()[-1]) == ([], 1)
+
+
 def test_the_render_mode_can_be_set() -> None:
     env = parallel_env(**SMALL)
     view = team_view("prey", "random", **SMALL)
