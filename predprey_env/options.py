@@ -38,5 +38,6 @@ _SYNONYMS = {"starts": "(starts?|starting|cells?|positions?|_)+", "reset_mask": 
 def _ours(name: str) -> str | None:
     """Return the option of ours that a name resembles."""
     meant = [option for option, pattern in _SYNONYMS.items() if re.fullmatch(pattern, name.lower())]
-    meant += difflib.get_close_matches(name.lower(), OPTIONS, n=1, cutoff=0.8)  # "restart" is 0.77 of "starts"
+    near = difflib.get_close_matches(name.lower(), OPTIONS, n=1, cutoff=0.8)
+    meant += [option for option in near if option[0] == name[0].lower()]  # not of "restarts"
     return meant[0] if meant else None

@@ -45,7 +45,9 @@ def test_only_a_vector_environment_has_a_reset_mask(face: str, name: str) -> Non
     assert str(refused.value) == f"unknown reset option {name}; {hint}"
 
 
-OTHERS = dict.fromkeys(["restart", "warmstart", "start_time", "cell_size", "action_mask", "reset"], 1)
+OTHERS = dict.fromkeys(
+    ["restart", "restarts", "warmstart", "", "state", "start_time", "cell_size", "action_mask", "reset"], 1
+)
 
 
 @pytest.mark.parametrize("options", [None, {}, {"starts": None}, {"wind": 3, "curriculum": "hard", 5: 6}, OTHERS])
