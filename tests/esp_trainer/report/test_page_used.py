@@ -48,7 +48,7 @@ def test_a_page_opens_offline_in_a_moment_and_complains_of_nothing(page_file: Pa
     assert page_file.stat().st_size < 10e6
     assert tab.page.locator("h1").inner_text() == "seed0"
     assert tab.page.locator("#story ol li").count() >= 4
-    assert tab.page.locator(".charts figure").count() == 6
+    assert tab.page.locator(".charts figure").count() == 7
     tab.assert_quiet()
 
 
@@ -254,7 +254,7 @@ def test_charts_have_no_bar_of_buttons(page_file: Path, open_page: OpenPage) -> 
     tab = open_page(page_file)
     tab.page.locator("#matrix").hover()
     charts = tab.page.locator(".js-plotly-plot")
-    assert charts.count() == 7
+    assert charts.count() == 8
     for i in range(charts.count()):
         charts.nth(i).hover()
     assert tab.page.locator(".modebar, .modebar-container button, .plotlyjsicon").count() == 0
