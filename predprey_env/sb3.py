@@ -27,7 +27,7 @@ class SB3VecEnv(VecEnv):
     """
 
     opponent: Policy = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
-    """Who plays the others."""
+    """The opponent."""
 
     def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray]) -> None:
         worlds = getattr(env, "unwrapped", None)

@@ -169,7 +169,7 @@ def _take_out(worlds: Worlds, world: int, one: World) -> None:
 
 @rule
 def _forget(worlds: Worlds, opponents: Team, block: int, lane: int, seed: int) -> None:
-    """What the opponents in a world remember when an episode starts."""
+    """Reset the memory of the opponents in a world to that of the start of an episode."""
     for agent in range(opponents.n_agents):
         for row in range(MEMORY):
             first = first_memory(seed, opponents.first > 0, agent, row)

@@ -55,7 +55,7 @@ def cut_to_shortest(histories: Sequence[History]) -> list[History]:
 
 
 def note_on_lengths(lengths: Sequence[int]) -> str | None:
-    """What to tell the reader if runs are cut; None if all are equally long."""
+    """Return a note on runs that are cut; None if all are equally long."""
     least, most = min(lengths), max(lengths)
     if least == most:
         return None

@@ -176,7 +176,7 @@ def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[st
 
 
 def _signals(recent: list[dict[str, Any]]) -> Iterator[str]:
-    """Of each side, how much selection has to go by; nothing where the log does not tell."""
+    """Yield a line on the signal of selection for each side; none where the log does not tell."""
     for role, told in recent[-1].get("subpopulations", {}).items():
         if told.get("signal") is not None:
             known = [line["subpopulations"][role]["signal"] or 0.0 for line in recent]

@@ -42,7 +42,7 @@ class Generation:
     spreads: dict[Role, Spread]
     """Of the subpopulations that its teams were drawn from."""
     signals: dict[Role, Signal]
-    """What selection had to go by."""
+    """The signal of each side's selection."""
     held_out: Captures
     """Champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
@@ -170,8 +170,8 @@ class Coevolution:
         champion: Champion,
         generator: np.random.Generator,
     ) -> EvolvingSide:
-        """A side after its generation: its new population, which starts again around the champion if none has scored
-        higher for long.
+        """Return a side after its generation. Its population starts again around the champion if none has scored higher
+        for long.
         """
         best, stagnant = before.best, before.stagnant + 1
         if champion.score > best:
@@ -189,7 +189,7 @@ class Coevolution:
 
 
 def _remember(fame: HallOfFame, role: Role, parts: dict[Role, list[Part]]) -> HallOfFame:
-    """A side's hall of fame after its champions were met in the trials of the other side, if they were."""
+    """Return a side's hall of fame with the results of the other side's trials against its champions."""
     for part in parts.get(other_team(role), []):
         if part.past is not None:
             caught = part.captured.mean(axis=2)

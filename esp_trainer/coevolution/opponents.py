@@ -1,4 +1,4 @@
-"""Which past champions the teams of a generation meet."""
+"""Opponent pools: the past champions that the teams of a generation meet."""
 
 from __future__ import annotations
 

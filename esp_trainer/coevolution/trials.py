@@ -1,4 +1,4 @@
-"""The trials of a generation: whom each team meets, and what it earns."""
+"""The trials of a generation: episodes against opponents of several kinds, and their outcome."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Part:
     captured: np.ndarray = field(repr=False)
     """bool ``(n_trials, n_episodes, n_prey)``."""
     opponents: Teams
-    """One for each trial, or one for each episode of each trial."""
+    """A team for each trial, or for each episode of each trial."""
     past: np.ndarray | None = field(default=None, repr=False)
     """Their places in the hall of fame, int ``(n_trials, n_episodes)``; None if they are no past champions."""
 
     @classmethod
     def of(cls, result: TrialResult, role: Role, opponents: Teams, past: np.ndarray | None = None) -> Part:
-        """One side's part of a result; where ``past`` is given, its trials are the episodes one after the other."""
+        """Return one side's part of a result. With ``past``, a trial of the result is one episode or all of them."""
         fitness, captured = result.fitness_of(role), result.captured
         if past is not None:
             fitness, captured = fitness.reshape(*past.shape, -1), captured.reshape(*past.shape, -1)
@@ -35,7 +35,7 @@ class Part:
 
     @property
     def n_episodes(self) -> int:
-        """Of each trial."""
+        """Episodes of each trial."""
         return int(self.fitness.shape[1])
 
     def shared(self) -> Fitness:
@@ -50,18 +50,18 @@ class Part:
 
 @dataclass(frozen=True)
 class Trials:
-    """What one side's trials brought."""
+    """The outcome of one side's trials."""
 
     fitness: Fitness = field(repr=False)
     """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
     earned: Fitness = field(repr=False)
-    """What its neurons are bred by, of the same shape: the fitness, or the share of it, less the mean of the block."""
+    """Fitness for breeding, of the same shape: after fitness sharing, and less the mean of the block of trials."""
     caught: float
     """Share of prey caught."""
 
 
 def summarise(parts: Sequence[Part], esp: EspConfig) -> Trials:
-    """Return what trials brought, from their episodes against opponents of each kind."""
+    """Return the outcome of trials from their episodes against opponents of each kind."""
     n_episodes = sum(part.n_episodes for part in parts)
     fitness = sum(part.fitness.sum(axis=1) for part in parts) / n_episodes
     caught = sum(part.n_episodes * float(part.captured.mean()) for part in parts) / n_episodes
@@ -82,5 +82,5 @@ def centred(fitness: Fitness, block_size: int) -> Fitness:
 
 
 def by_block(values: np.ndarray, block_size: int, n_trials: int) -> np.ndarray:
-    """A row for each trial from a row for each block."""
+    """Repeat the row of each block for each of its trials."""
     return values if block_size == 1 else np.repeat(values, block_size, axis=0)[:n_trials]

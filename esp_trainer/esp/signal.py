@@ -1,9 +1,9 @@
-"""How much of the differences that selection ranks by is more than luck.
+"""The signal of selection: how much of the differences between neurons is not sampling noise.
 
-A neuron is scored by the mean fitness of its trials, which depends on the other neurons, the opponents and the starts
-as well. A one-way analysis of variance of each subpopulation, neurons being the groups, tells how much of the variance
-of these means is sampling noise. Where nothing is left but noise, selection is a lottery; where all trials end alike,
-one side has lost the gradient (disengagement, section II).
+A neuron's score is the mean fitness of its trials, which also depends on the other neurons, the opponents and the
+starts. A one-way analysis of variance in each subpopulation, with neurons as groups, estimates how much of the variance
+of these means is sampling noise. If all of it is noise, selection is a lottery. If all trials end alike, the side has
+lost the gradient (disengagement, section II).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from esp_trainer.types import Fitness
 
 
 class Signal(NamedTuple):
-    """What selection had to go by in a generation."""
+    """The signal of selection in a generation."""
 
     share: float
     """Share of the variance of neuron fitness within a subpopulation that is not sampling noise; by chance below 0

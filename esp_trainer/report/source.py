@@ -40,8 +40,8 @@ class Source:
     curves: dict[str, np.ndarray]
     """As :attr:`History.curves`; empty where the log is lost."""
     spreads: dict[Role, np.ndarray]
-    """What is known of each evolving side's subpopulations, ``(n_generations, 4)``, by :data:`SPREADS`; nan where the
-    log does not say, and empty if it says nothing."""
+    """Statistics of each evolving side's subpopulations, ``(n_generations, 4)``, with columns :data:`SPREADS`; nan
+    where the log does not tell, and empty if it tells nothing."""
     seconds: dict[str, np.ndarray]
     """Wall time of each generation by phase, ``(n_generations,)``; empty if not logged."""
     missing: tuple[str, ...]

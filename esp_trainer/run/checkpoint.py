@@ -85,7 +85,7 @@ def _usable(path: Path) -> Iterator[None]:
 
 
 def check_algorithms(path: Path, config: RunConfig) -> None:
-    """Raise :class:`ValueError` if a checkpoint holds a side that the config alone cannot go on with."""
+    """Raise :class:`ValueError` if a side of a checkpoint was bred or played by another than the config names."""
     for role, saved in read_arrays(path, "checkpoint")[0].get("algorithms", {}).items():
         ours = side_config(config, role).policy
         if saved != ours:
@@ -93,12 +93,12 @@ def check_algorithms(path: Path, config: RunConfig) -> None:
 
 
 def follow_from(config: RunConfig, sides: dict[Role, Side]) -> bool:
-    """Whether the config says all of who breeds or plays the sides."""
+    """Return whether the config alone determines who breeds or plays the sides."""
     return all(_algorithm(side) == side_config(config, role).policy for role, side in sides.items())
 
 
 def _algorithm(side: Side) -> str:
-    """What breeds a side, or plays it: ``esp``, the name of a script, or the name of somebody's class."""
+    """Return the name of what breeds or plays a side: ``esp``, a script, or somebody's class."""
     if isinstance(side, ScriptedTeams):
         return side.script
     kind = type(side.subpopulations) if isinstance(side, EvolvingSide) else type(side)

@@ -86,7 +86,7 @@ class LocalPool:
 
 
 class _Warned(NamedTuple):
-    """What a worker warns of."""
+    """A warning of a worker."""
 
     text: str
     category: type[Warning]

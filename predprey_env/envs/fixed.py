@@ -35,4 +35,4 @@ class Opposed(Configured):
     """An environment in which one team is played inside."""
 
     opponent: Policy = read_only("opponent", "call set_opponent(opponent)")
-    """Who plays the others: in a team view the copy that plays, in a vector environment what was given."""
+    """The opponent: in a team view the copy that plays, in a vector environment the object that was given."""
