@@ -93,12 +93,11 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
         config: The world.
     """
     seen, n_actions = views(config, role), config.team(role).n_actions
-    if hasattr(policy, "chances_batch") and getattr(policy, "drawn", True):
-        parts = [(_call(policy, "chances_batch", part.copy()), (*part.shape[:2], n_actions)) for part in _parts(seen)]
-        return _checked(np.concatenate([_shaped(*part) for part in parts]), n_actions)
-    if hasattr(policy, "chances"):
-        found = [_listed(_call(policy, "chances", _named(state, role)), state, role) for state in seen]
-        return _checked(found, n_actions)
+    if callable(_attribute(policy, "chances_batch")) and _attribute(policy, "drawn", True):
+        return _checked(_batch_chances(policy, seen, n_actions), role)
+    if callable(_attribute(policy, "chances")):
+        agents = [f"{PREFIXES[role]}{i}" for i in range(seen.shape[1])]
+        return _checked(np.array([_state_chances(policy, state, agents, n_actions) for state in seen]), role)
     actions = _actions(policy, seen, role, config)
     again = np.random.default_rng(0).choice(len(seen), min(_ASKED_AGAIN, len(seen)), replace=False)
     if (_actions(policy, seen[again], role, config) != actions[again]).any():
@@ -106,27 +105,41 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
     return _certain(actions, n_actions)
 
 
+def _attribute(policy: Any, name: str, default: Any = None) -> Any:
+    """Return an attribute of a policy; :class:`PolicyError` from whatever a property raises."""
+    try:
+        return getattr(policy, name, default)
+    except (Exception, SystemExit) as error:
+        raise PolicyError(f"the policy's {name} cannot be read: {_named_error(error)}") from error
+
+
 def _call(policy: Any, method: str, *arguments: Any) -> Any:
     """What a method of the policy returns; :class:`PolicyError` from whatever it raises."""
     try:
-        return getattr(policy, method)(*arguments)
+        return _attribute(policy, method)(*arguments)
     except PolicyError:
         raise
     except (Exception, SystemExit) as error:
-        raise PolicyError(f"the policy's {method}() raised {type(error).__name__}: {error}") from error
+        raise PolicyError(f"the policy's {method}() raised {_named_error(error)}") from error
+
+
+def _named_error(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
     """What the policy does in some states, int ``(n_states, n_agents)``: asked and checked as in a match."""
     _call(policy, "reset", 0)
     try:
-        if hasattr(policy, "act_batch"):
+        if callable(_attribute(policy, "act_batch")):
             return np.concatenate([_batch_actions(policy, part, role, config) for part in _parts(states)])
         n_actions = config.team(role).n_actions
         asked = (ask(policy, _named(state, role), n_actions, "the policy's") for state in states)
         return np.array([list(actions.values()) for actions in asked])
     except (RuntimeError, ValueError) as error:
         raise PolicyError(str(error)) from error
+    except Exception as error:  # of a mapping of its own
+        raise PolicyError(f"the policy's actions cannot be read: {_named_error(error)}") from error
 
 
 def _batch_actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
@@ -140,13 +153,13 @@ def _parts(states: np.ndarray) -> list[np.ndarray]:
     return [states[first : first + _TOGETHER] for first in range(0, len(states), _TOGETHER)]
 
 
-def _shaped(answer: Any, expected: tuple[int, ...]) -> np.ndarray:
-    try:
-        found = np.asarray(answer)
-    except ValueError:  # rows of different lengths
-        found = np.empty(0)
-    if found.shape != expected:
-        raise PolicyError(f"the policy must answer with an array of shape {expected}, got {brief(answer)}")
+def _batch_chances(policy: Any, states: np.ndarray, n_actions: int) -> np.ndarray:
+    found, first = np.empty((*states.shape[:2], n_actions)), 0
+    for part in _parts(states):
+        shape, answer = (*part.shape[:2], n_actions), _call(policy, "chances_batch", part.copy())
+        expected = f"the policy must answer with an array of shape {shape}"
+        found[first : first + len(part)] = _numbers(answer, shape, expected)
+        first += len(part)
     return found
 
 
@@ -154,24 +167,44 @@ def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
     return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state.copy())}
 
 
-def _listed(answers: Any, state: np.ndarray, role: Role) -> list[Any]:
-    """The answers for a team's agents, in their order."""
-    agents = [f"{PREFIXES[role]}{i}" for i in range(len(state))]
-    if not isinstance(answers, Mapping) or not set(agents) <= set(answers):
-        raise PolicyError(f"the policy must answer for {', '.join(agents)}, got {brief(answers)}")
-    return [answers[agent] for agent in agents]
+def _state_chances(policy: Any, state: np.ndarray, agents: list[str], n_actions: int) -> np.ndarray:
+    answers = _call(policy, "chances", dict(zip(agents, state.copy(), strict=True)))
+    reason = ""
+    if isinstance(answers, Mapping):
+        try:
+            listed = [answers[agent] for agent in agents]
+            return _numbers(listed, (len(agents), n_actions), f"chances must be {n_actions} numbers for each agent")
+        except PolicyError:
+            raise
+        except KeyError:
+            pass
+        except (Exception, SystemExit) as error:
+            reason = f": {_named_error(error)}"
+    raise PolicyError(f"the policy must answer for {', '.join(agents)}, got {brief(answers)}{reason}")
 
 
-def _checked(answers: Any, n_actions: int) -> np.ndarray:
+def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> np.ndarray:
+    """Return an answer as float64 of a shape; :class:`PolicyError` if it is not one, or cannot be read."""
+    reason = ""
     try:
-        found = np.array(answers, float)
-    except (ValueError, TypeError):
-        found = np.empty(0)
-    if found.ndim != 3 or found.shape[2] != n_actions:
-        odd = next((each for each in answers if np.shape(each) != (len(answers[0]), n_actions)), answers[0])
-        raise PolicyError(f"chances must be {n_actions} numbers for each agent, got {brief(odd)}")
-    if not (found >= 0).all() or not np.allclose(found.sum(axis=2), 1, atol=1e-6):
-        raise PolicyError("chances must be at least 0 and add up to 1")
+        found = np.asarray(answer, float)
+    except (Exception, SystemExit) as error:  # as of a tensor that requires a gradient
+        found, reason = np.empty(0), f": {_named_error(error)}"
+    if found.shape != shape:
+        raise PolicyError(f"{expected}, got {brief(answer)}{reason}")
+    return found
+
+
+def _checked(found: np.ndarray, role: Role) -> np.ndarray:
+    """Return chances ``(n_states, n_agents, n_actions)``; :class:`PolicyError` names the first that are none."""
+    totals = found.sum(axis=2)
+    wrong = (found < 0).any(axis=2) | ~np.isclose(totals, 1, atol=1e-6)
+    if wrong.any():
+        state, agent = np.argwhere(wrong)[0]
+        raise PolicyError(
+            f"chances must be at least 0 and add up to 1, got {brief(found[state, agent].tolist())}, which add up to "
+            f"{totals[state, agent]:.6g}, for {PREFIXES[role]}{agent} in position {state}"
+        )
     return found
 
 

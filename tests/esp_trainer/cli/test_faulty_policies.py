@@ -54,6 +54,44 @@ chances_batch_none = made(chances_batch=lambda self, seen: None)
 chances_batch_ragged = made(chances_batch=lambda self, seen: [[0], [0, 1]])
 
 
+class Tensor:
+    # Refuses NumPy, as tensors do that require a gradient or are on a GPU.
+
+    def __init__(self, error):
+        self.error = error
+
+    def __array__(self, *arguments, **named):
+        raise self.error
+
+    def __len__(self):
+        raise self.error
+
+    def __repr__(self):
+        return "tensor"
+
+
+class Answers(dict):
+    def __getitem__(self, name):
+        raise ZeroDivisionError("by zero")
+
+    def __repr__(self):
+        return "answers"
+
+
+grad = Tensor(RuntimeError("it requires grad"))
+chances_grad = made(chances=lambda self, seen: dict.fromkeys(seen, grad))
+chances_batch_grad = made(chances_batch=lambda self, seen: grad)
+chances_batch_cuda = made(chances_batch=lambda self, seen: Tensor(TypeError("it is on a GPU")))
+chances_ragged = made(chances=lambda self, seen: dict.fromkeys(seen, [[1], [0, 0], 0, 0]))
+chances_mapping = made(chances=lambda self, seen: Answers(seen))
+act_mapping = made(act=lambda self, seen: Answers(seen))
+chances_sum = made(chances=lambda self, seen: dict.fromkeys(seen, [0.25, 0.25, 0.25, 0.2498]))
+chances_property = made(chances=property(fails(RuntimeError("no weights"))))
+chances_batch_property = made(chances_batch=property(fails(RuntimeError("no weights"))))
+drawn_property = made(chances_batch=lambda self, seen: None, drawn=property(fails(RuntimeError("no weights"))))
+absent = made(chances=None, chances_batch=None, act_batch=None)
+
+
 class Unmade:
     def __init__(self):
         raise OSError(2, "No such file", "weights.pt")
@@ -88,7 +126,19 @@ EXACT = {
     "chances_short": "chances must be 4 numbers for each agent, got [[0.5, 0.5]]",
     "chances_array": "the policy must answer for prey_0, got array(",
     "chances_batch_none": "the policy must answer with an array of shape (729, 1, 4), got None",
-    "chances_batch_ragged": "the policy must answer with an array of shape (729, 1, 4), got [[0], [0, 1]]",
+    "chances_batch_ragged": "the policy must answer with an array of shape (729, 1, 4), got [[0], [0, 1]]: Value",
+    "chances_grad": "chances must be 4 numbers for each agent, got [tensor]: RuntimeError: it requires grad",
+    "chances_batch_grad": "the policy must answer with an array of shape (729, 1, 4), got tensor: RuntimeError: it req",
+    "chances_batch_cuda": "the policy must answer with an array of shape (729, 1, 4), got tensor: TypeError: it is on",
+    "chances_ragged": "chances must be 4 numbers for each agent, got [[[1], [0, 0], 0, 0]]: ",
+    "chances_mapping": "the policy must answer for prey_0, got answers: ZeroDivisionError: by zero",
+    "act_mapping": "the policy's actions cannot be read: ZeroDivisionError: by zero",
+    "chances_sum": "chances must be at least 0 and add up to 1, "
+    "got [0.25, 0.25, 0.25, 0.2498], which add up to 0.9998, "
+    "for prey_0 in position 0",
+    "chances_property": "the policy's chances cannot be read: RuntimeError: no weights",
+    "chances_batch_property": "the policy's chances_batch cannot be read: RuntimeError: no weights",
+    "drawn_property": "the policy's drawn cannot be read: RuntimeError: no weights",
 }
 
 
@@ -122,6 +172,12 @@ def test_what_is_wrong_with_a_policy_is_told_in_one_line(
     (line,) = [line for line in outcome.err.splitlines() if line.startswith("esp-trainer: ")]
     assert line.startswith(f"esp-trainer: {says}")
     assert len(outcome.err.splitlines()) <= 4, "what it does and needs"
+
+
+def test_methods_that_are_none_count_as_absent(asked: Callable[[str, str], Any]) -> None:
+    outcome = asked("exploitability", "absent")
+    assert outcome.code == 0
+    assert outcome.out.splitlines()[0].startswith("mine:absent, prey on a torus of 3 x 3")
 
 
 @pytest.mark.parametrize("command", ["benchmark", "exploitability"])
