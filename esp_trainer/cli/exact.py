@@ -12,7 +12,7 @@ from esp_trainer.benchmark.specs import load_candidate
 from esp_trainer.cli.analysis import say
 from esp_trainer.cli.benchmark import tell_about
 from esp_trainer.exact.chances import chances, survivors
-from esp_trainer.exact.duration import seconds_to_answer, seconds_to_solve
+from esp_trainer.exact.duration import sample_of, seconds_to_answer, seconds_to_solve
 from esp_trainer.exact.response import best_responses, measured, memory_for_response
 from esp_trainer.exact.solution import Solution, by_parity, check_memory, memory_needed
 from esp_trainer.exact.solution import solve as solve_game
@@ -49,9 +49,12 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
     candidate = load_candidate(spec, role, config, drawn=drawn)
     tell_about(candidate)
     _promise_memory(memory_needed(config, horizon) + memory_for_response(config, role))
-    say(f"asking the policy in {survivors(config)[-1].keys.stop:,} positions ...")
-    fixed = chances(candidate.player, role, config)  # first, as it may turn out that it cannot be asked
-    _promise_time(seconds_to_solve(config, horizon) + seconds_to_answer(fixed, role, config, horizon))
+    sample, to_ask = sample_of(candidate.player, role, config)
+    _promise_time(to_ask + seconds_to_solve(config, horizon) + seconds_to_answer(sample, role, config, horizon))
+    n_positions = survivors(config)[-1].keys.stop
+    say(f"asking the policy in {n_positions:,} positions ...")
+    with tqdm(total=n_positions, unit="position", disable=not sys.stderr.isatty(), desc="asking the policy") as bar:
+        fixed = chances(candidate.player, role, config, bar.update)  # first, as it may turn out that it cannot be asked
     solution = _solved(config)
     with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="answering the policy") as bar:
         values = np.empty(0)
@@ -75,7 +78,7 @@ def _promise_memory(needed: int) -> None:
 def _promise_time(seconds: float) -> None:
     """Say about how long it takes: an estimate, which a busy machine exceeds."""
     unit, length = next((each for each in _UNITS if seconds >= 2 * each[1]), ("s", 1))
-    say(f"about {max(1, seconds / length):,.0f} {unit} are needed on an idle machine, going by a sample of positions")
+    say(f"estimated time: {max(1, seconds / length):,.0f} {unit} on an idle machine")
 
 
 def _solved(config: EnvConfig) -> Solution:

@@ -7,10 +7,10 @@ on in the order of the bits of a number.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import singledispatch
 from itertools import compress
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -30,8 +30,15 @@ from predprey_env.policies.opponents import ask
 from predprey_env.policies.protocol import MEMORY
 from predprey_env.policies.scripted import Script, follow
 
-_TOGETHER = 1 << 15  # states that a policy is asked about at a time
+_TOGETHER = 1 << 10  # states that a policy is asked about at a time: few enough for progress to be seen
 _ASKED_AGAIN = 500  # states, to see whether a policy is always of the same mind
+
+
+Progress: TypeAlias = Callable[[int], object]
+
+
+def _unseen(n: int) -> None:
+    """Show no progress."""
 
 
 class Survivors(NamedTuple):
@@ -75,8 +82,7 @@ def _look(world: World, rules: Rules, first: int, rows: Any, cells: Any, seen: A
             observe(world, first + agent, rules, seen[key, agent], 0)
 
 
-@singledispatch
-def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
+def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> np.ndarray:
     """The chances of each action of each agent of a team in every state, float64 ``(n_states, n_agents, n_actions)``.
 
     What it would do for caught prey is there too, and means nothing.
@@ -91,18 +97,30 @@ def chances(policy: Any, role: Role, config: EnvConfig) -> np.ndarray:
         policy: Meets the policy protocol.
         role: Which team it plays.
         config: The world.
+        progress: Called with the number of states in which the policy has just been asked.
     """
-    seen, n_actions = views(config, role), config.team(role).n_actions
-    if callable(_attribute(policy, "chances_batch")) and _attribute(policy, "drawn", True):
-        return _checked(_batch_chances(policy, seen, n_actions), role)
-    if callable(_attribute(policy, "chances")):
-        agents = [f"{PREFIXES[role]}{i}" for i in range(seen.shape[1])]
-        return _checked(np.array([_state_chances(policy, state, agents, n_actions) for state in seen]), role)
-    actions = _actions(policy, seen, role, config)
+    seen = views(config, role)
+    found = np.empty((*seen.shape[:2], config.team(role).n_actions))
+    for first in range(0, len(seen), _TOGETHER):
+        part = slice(first, first + _TOGETHER)
+        found[part] = ask_in(policy, seen[part], role, config)
+        progress(len(seen[part]))
     again = np.random.default_rng(0).choice(len(seen), min(_ASKED_AGAIN, len(seen)), replace=False)
-    if (_actions(policy, seen[again], role, config) != actions[again]).any():
+    # A network's probabilities depend a little on how many positions it is asked about at a time.
+    if not np.allclose(ask_in(policy, seen[again], role, config), found[again], atol=1e-3):
         raise PolicyError("the policy does not always do the same in a position: it remembers, or draws its actions")
-    return _certain(actions, n_actions)
+    return found
+
+
+@singledispatch
+def ask_in(policy: Any, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+    """Return :func:`chances` in some states alone, given by what the agents see there ``(n, n_agents, n_seen)``."""
+    n_actions = config.team(role).n_actions
+    if callable(_attribute(policy, "chances_batch")) and _attribute(policy, "drawn", True):
+        return _checked(_batch_chances(policy, seen, n_actions), seen, role)
+    if callable(_attribute(policy, "chances")):
+        return _checked(np.array([_state_chances(policy, state, role, n_actions) for state in seen]), seen, role)
+    return _certain(_actions(policy, seen, role, config), n_actions)
 
 
 def _attribute(policy: Any, name: str, default: Any = None) -> Any:
@@ -132,7 +150,9 @@ def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> 
     _call(policy, "reset", 0)
     try:
         if callable(_attribute(policy, "act_batch")):
-            return np.concatenate([_batch_actions(policy, part, role, config) for part in _parts(states)])
+            team = OutsideTeam(policy, config, role, len(states), whose="the policy's")
+            team.views[:] = states
+            return team.act(np.ones(len(states), np.bool_))
         n_actions = config.team(role).n_actions
         asked = (ask(policy, _named(state, role), n_actions, "the policy's") for state in states)
         return np.array([list(actions.values()) for actions in asked])
@@ -142,33 +162,19 @@ def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> 
         raise PolicyError(f"the policy's actions cannot be read: {_named_error(error)}") from error
 
 
-def _batch_actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
-    team = OutsideTeam(policy, config, role, len(states), whose="the policy's")
-    team.views[:] = states
-    return team.act(np.ones(len(states), np.bool_))
-
-
-def _parts(states: np.ndarray) -> list[np.ndarray]:
-    """So few at a time that what a network makes of them fits into memory."""
-    return [states[first : first + _TOGETHER] for first in range(0, len(states), _TOGETHER)]
-
-
 def _batch_chances(policy: Any, states: np.ndarray, n_actions: int) -> np.ndarray:
-    found, first = np.empty((*states.shape[:2], n_actions)), 0
-    for part in _parts(states):
-        shape, answer = (*part.shape[:2], n_actions), _call(policy, "chances_batch", part.copy())
-        expected = f"the policy must answer with an array of shape {shape}"
-        found[first : first + len(part)] = _numbers(answer, shape, expected)
-        first += len(part)
-    return found
+    shape = (*states.shape[:2], n_actions)
+    answer = _call(policy, "chances_batch", states.copy())
+    return _numbers(answer, shape, f"the policy must answer with an array of shape {shape}")
 
 
 def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
     return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state.copy())}
 
 
-def _state_chances(policy: Any, state: np.ndarray, agents: list[str], n_actions: int) -> np.ndarray:
-    answers = _call(policy, "chances", dict(zip(agents, state.copy(), strict=True)))
+def _state_chances(policy: Any, state: np.ndarray, role: Role, n_actions: int) -> np.ndarray:
+    seen = _named(state, role)
+    agents, answers = list(seen), _call(policy, "chances", seen)
     reason = ""
     if isinstance(answers, Mapping):
         try:
@@ -195,7 +201,7 @@ def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> np.ndarray:
     return found
 
 
-def _checked(found: np.ndarray, role: Role) -> np.ndarray:
+def _checked(found: np.ndarray, seen: np.ndarray, role: Role) -> np.ndarray:
     """Return chances ``(n_states, n_agents, n_actions)``; :class:`PolicyError` names the first that are none."""
     totals = found.sum(axis=2)
     wrong = (found < 0).any(axis=2) | ~np.isclose(totals, 1, atol=1e-6)
@@ -203,7 +209,7 @@ def _checked(found: np.ndarray, role: Role) -> np.ndarray:
         state, agent = np.argwhere(wrong)[0]
         raise PolicyError(
             f"chances must be at least 0 and add up to 1, got {brief(found[state, agent].tolist())}, which add up to "
-            f"{totals[state, agent]:.6g}, for {PREFIXES[role]}{agent} in position {state}"
+            f"{totals[state, agent]:.6g}, for {PREFIXES[role]}{agent} where it sees {seen[state, agent].tolist()}"
         )
     return found
 
@@ -212,10 +218,9 @@ def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
     return np.asarray(np.eye(n_actions)[actions])
 
 
-@chances.register
-def _(policy: Team, role: Role, config: EnvConfig) -> np.ndarray:
+@ask_in.register
+def _(policy: Team, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
     policy.check_fits(role, config)
-    seen = views(config, role)
     found = np.zeros((*seen.shape[:2], config.team(role).n_actions))
     if policy.controller.n_together > 1:
         seen = np.repeat(seen.reshape(len(seen), 1, -1), seen.shape[1], axis=1)
@@ -237,14 +242,14 @@ def _team_chances(networks: Networks, seen: Any, out: Any) -> None:
                 before = networks.votes[action]
 
 
-@chances.register
-def _(policy: ScriptedTeams, role: Role, config: EnvConfig) -> np.ndarray:
-    return chances(ScriptedTeam.of(policy.script, role, config), role, config)
+@ask_in.register
+def _(policy: ScriptedTeams, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+    return ask_in(ScriptedTeam.of(policy.script, role, config), seen, role, config)
 
 
-@chances.register
-def _(policy: ScriptedTeam, role: Role, config: EnvConfig) -> np.ndarray:
-    script, seen = policy.compiled(role, config, 0), views(config, role)
+@ask_in.register
+def _(policy: ScriptedTeam, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+    script = policy.compiled(role, config, 0)
     shape = (*seen.shape[:2], script.n_actions)
     if policy.script == "random":
         return np.full(shape, 1 / script.n_actions)

@@ -1,4 +1,4 @@
-"""How long it will take to solve a game and to answer a policy: a few positions are timed, and stand for all."""
+"""Estimate the time to ask a policy, to solve a game or to answer a policy, by timing a sample of positions."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import numpy as np
 
 from esp_trainer.cores import cores
 from esp_trainer.exact import response, solution
+from esp_trainer.exact.chances import ask_in, views
 from esp_trainer.exact.states import states_of, turns_of
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig
 
 _SAMPLE = 1024  # positions: some tenths of a second at most, where the whole game can be solved at all
+_LONG_ENOUGH = 0.1  # s, to be measured well
 
 
 def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
@@ -30,18 +32,39 @@ def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
     return seconds * horizon * n_states / (last - first) / cores()
 
 
-def seconds_to_answer(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> float:
-    """About how long :func:`~esp_trainer.exact.response.best_response` takes here; the arguments are the same."""
+def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, float]:
+    """Return a policy's action probabilities in a sample of positions, ``(n, n_agents, n_actions)``, and about how many
+    seconds :func:`~esp_trainer.exact.chances.chances` takes to ask it in all positions.
+    """
+    seen, n, seconds = views(config, role), 1, 0.0
+    while True:  # a policy may take a microsecond a position or a second
+        part = seen[np.linspace(0, len(seen) - 1, n).astype(int)]
+        seconds = _timed(ask_in, policy, part, role, config)
+        if seconds > _LONG_ENOUGH or n == min(_SAMPLE, len(seen)):
+            return ask_in(policy, part, role, config), seconds * len(seen) / n
+        n = min(2 * n, _SAMPLE, len(seen))
+
+
+def seconds_to_answer(sample: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> float:
+    """About how long :func:`~esp_trainer.exact.response.best_response` takes here.
+
+    Args:
+        sample: Of the fixed policy's action probabilities, ``(n, n_agents, n_actions)``.
+        role: Which side is fixed.
+        config: The world.
+        horizon: Steps of the longest episode.
+    """
     game, keys = response.parts_of(config)[-1]
     first, last = _sample(int(game.begins[-1]), keys.stop)
-    later, now = np.zeros(len(chances)), np.zeros(last - first)
+    later, now = np.zeros(keys.stop), np.zeros(last - first)
     seconds = 0.0
     for moves in turns_of(config):
         moving = response.is_moving(role, moves)
-        fixed = chances[first:last] if moving else np.ones((last - first, chances.shape[1], 1))
+        shape = (last - first, *sample.shape[1:])
+        fixed = np.resize(sample, shape) if moving else np.ones((*shape[:2], 1))
         room = response.make_room(game, moves, role)
         seconds += _timed(response.best_answers, game, moves, fixed, role == "predators", later, now, first, room)
-    return seconds * horizon * len(chances) / (last - first) / cores()
+    return seconds * horizon * int(keys.stop) / (last - first) / cores()
 
 
 def _sample(first: int, last: int) -> tuple[int, int]:

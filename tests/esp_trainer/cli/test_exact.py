@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from esp_trainer.cli import exact, main
@@ -77,7 +78,7 @@ def test_a_game_is_solved_told_and_saved(tmp_path: Path, capsys: pytest.CaptureF
     assert lines[8] == f"the solved game is in {file}: 0.1 MB"
     assert told.err.splitlines() == [
         "some 1 MB of memory are needed",
-        "about 1 s are needed on an idle machine, going by a sample of positions",
+        "estimated time: 1 s on an idle machine",
     ]
     assert Solution.load(file).horizon == 5
 
@@ -99,7 +100,23 @@ def test_how_long_it_takes_is_told_before_it_starts(
         assert main([*arguments, "--size", "4"]) == 130
         told = capsys.readouterr()
         assert told.out == ""
-        assert told.err.splitlines()[-2].startswith(f"about {says} are needed on an idle machine")
+        assert f"estimated time: {says} on an idle machine" in told.err.splitlines()
+
+
+def test_the_time_that_a_policy_takes_is_told_before_it_is_asked_everywhere(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(exact, "sample_of", lambda *_: (np.full((1, 1, 4), 0.25), 7200.0))
+    monkeypatch.setattr(exact, "chances", stop)
+    assert main(["exploitability", "random", "--role", "prey", "--size", "4"]) == 130
+    assert capsys.readouterr().err.splitlines()[1:] == [
+        "estimated time: 2 hours on an idle machine",
+        "asking the policy in 4,096 positions ...",
+        "esp-trainer: interrupted",
+    ]
 
 
 @pytest.mark.parametrize("role", ["predators", "prey"])

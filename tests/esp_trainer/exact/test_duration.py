@@ -7,7 +7,7 @@ import pytest
 
 from esp_trainer.exact import duration
 from esp_trainer.exact.chances import chances
-from esp_trainer.exact.duration import seconds_to_answer, seconds_to_solve
+from esp_trainer.exact.duration import sample_of, seconds_to_answer, seconds_to_solve
 from esp_trainer.types import ScriptedTeams
 from predprey_env import EnvConfig
 
@@ -15,7 +15,7 @@ from predprey_env import EnvConfig
 @pytest.fixture(autouse=True)
 def _a_second_each(monkeypatch: pytest.MonkeyPatch) -> None:
     """Any part of a turn takes a second, on two cores."""
-    monkeypatch.setattr(duration, "_timed", lambda work, *arguments: work(*arguments) or 1.0)
+    monkeypatch.setattr(duration, "_timed", lambda work, *arguments: (work(*arguments), 1.0)[1])
     monkeypatch.setattr(duration, "cores", lambda: 2)
     monkeypatch.setattr(duration, "_SAMPLE", 10)
 
@@ -34,3 +34,30 @@ def test_several_prey_are_answered_too() -> None:
     assert fixed.shape[0] == 99
     assert seconds_to_answer(fixed, "predators", config, 1) == pytest.approx(9.9 / 2)
     assert np.isfinite(seconds_to_solve(config, 1))
+
+
+class Goer:
+    """Goes east, and counts in how many positions it was asked."""
+
+    n_asked = 0
+
+    def reset(self, seed: int | None = None) -> None:
+        pass
+
+    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+        self.n_asked += 1
+        return dict.fromkeys(observations, 0)
+
+
+def test_a_policy_that_takes_a_second_a_position_is_asked_in_one() -> None:
+    policy = Goer()
+    sample, seconds = sample_of(policy, "prey", EnvConfig(size=4, n_prey=1))
+    assert (sample.tolist(), seconds) == ([[[1, 0, 0, 0]]], 4096)
+    assert policy.n_asked == 2, "to be timed, and for its answer"
+
+
+def test_a_quick_policy_is_asked_in_a_whole_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(duration, "_timed", lambda *_: 0.01)
+    sample, seconds = sample_of(Goer(), "prey", EnvConfig(size=4, n_prey=1))
+    assert len(sample) == 10
+    assert seconds == pytest.approx(0.01 * 409.6)
