@@ -19,7 +19,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -28,7 +27,7 @@ from typing import Any
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
 from esp_trainer.benchmark.match import Player
 from esp_trainer.esp.team import Team
-from esp_trainer.files import digest_of
+from esp_trainer.files import DamagedFileError, digest_of
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.config import EnvConfig, TeamShape
@@ -86,11 +85,13 @@ def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False
 
 def _evolved(spec: str, team: Team, digest: str, role: Role, env: EnvConfig) -> Candidate:
     team.check_fits(role, env)
-    own, here = team.provenance.get("env"), env.model_dump()
-    told = own if isinstance(own, Mapping) else {}
-    differ = [name for name in _OF_PLAY if name in told and told[name] != here[name]]
-    there, now = (", ".join(f"{name}={world[name]}" for name in differ) for world in (told, here))
-    elsewhere = f"{spec} evolved in another world, with {there}; it is measured in one with {now}" if differ else ""
+    try:
+        own = team.world() or env
+    except ValueError as error:
+        raise DamagedFileError(f"{spec} does not say which world it is for: {error}") from None
+    differ = [name for name in _OF_PLAY if getattr(own, name) != getattr(env, name)]
+    there, here = (", ".join(f"{name}={getattr(world, name)}" for name in differ) for world in (own, env))
+    elsewhere = f"{spec} evolved with {there}; here {here}" if differ else ""
     return Candidate(spec, team, digest, elsewhere=elsewhere)
 
 

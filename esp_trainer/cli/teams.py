@@ -14,7 +14,7 @@ import numpy as np
 
 from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
 from esp_trainer.cli.streams import is_screen
-from esp_trainer.esp.team import Team
+from esp_trainer.esp.team import IN_A_WORLD, Team
 from esp_trainer.evaluation.match import Player, match
 from esp_trainer.exact.solution import Solution
 from esp_trainer.exact.team import OptimalTeam
@@ -70,8 +70,9 @@ def show(path: str) -> int:
     changed = _changes(origin)
     if changed:
         print(f"  changed     {', '.join(changed)}")
-    if "env" in origin:
-        print(f"  world       {_words(_world(team, path))}")
+    world = _world(team, path)
+    if world:
+        print(f"  world       {_words(world)}")
     if "score" in origin:
         chosen = origin.get("champion", {}).get("method")
         print(f"  chosen by   {chosen}, mean fitness {origin['score']:.2f}, the best of its contenders")
@@ -170,6 +171,7 @@ def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
     worlds = [world for name, player in seats if (world := _world_of(player, name))]
     if not worlds:
         evolved = [(name, player) for name, player in seats if isinstance(player, Team)]
+        evolved.sort(key=lambda seat: seat[1].role != "predators")  # only they tell whether they may idle
         if not evolved:
             raise ValueError("at least one of the teams must be an evolved one, got two scripts")
         worlds = [_assumed_world(*evolved[0])]
@@ -191,7 +193,7 @@ def _assumed_world(name: str, team: Team) -> EnvConfig:
     teams, cells = f"{env.n_predators} against {env.n_prey}", f"{env.size} x {env.size} cells"
     print(
         f"{name} does not say which world it is for: it plays in the paper's, {teams} on {cells}; "
-        'for another, save it with provenance={"env": EnvConfig(...).model_dump()}',
+        f"for another, save it with provenance={IN_A_WORLD}",
         file=sys.stderr,
     )
     return env
@@ -201,7 +203,7 @@ def _world_of(player: _Seat, name: str) -> EnvConfig | None:
     """Which one it was evolved or solved in; None if it does not say."""
     if isinstance(player, Solution):
         return player.config
-    return _world(player, name) if isinstance(player, Team) and "env" in player.provenance else None
+    return _world(player, name) if isinstance(player, Team) else None
 
 
 def _check_fits(player: _Seat, role: Role, env: EnvConfig) -> None:
@@ -239,9 +241,9 @@ def _evolved(name: str, besides: Iterable[str] = ()) -> Team:
         raise FileNotFoundError(f"{error}; did you mean {near[0]}?" if near else str(error)) from None
 
 
-def _world(team: Team, name: str) -> EnvConfig:
+def _world(team: Team, name: str) -> EnvConfig | None:
     try:
-        return EnvConfig.from_dict(team.provenance["env"])
+        return team.world()
     except ValueError as error:
         raise DamagedFileError(f"{name} does not say which world it is for: {error}") from None
 

@@ -20,6 +20,9 @@ from predprey_env.config import EnvConfig
 from predprey_env.policies.names import PREFIXES, agent_number, other_team
 from predprey_env.policies.protocol import Memories, choose
 
+IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
+"""The provenance of a team that says which world it is for, as errors and notes advise it."""
+
 
 @entry_point
 def _decide(networks: Networks, agent: int, seen: Any, memory: Any) -> int:
@@ -60,6 +63,18 @@ class Team:
         origin = self.provenance
         source = [f"{name} {origin[name]}" for name in ("preset", "seed", "generation") if name in origin]
         return f"<Team: {', '.join([f'{self.n_agents} {self.role}', f'{self.side.controller} networks', *source])}>"
+
+    def world(self) -> EnvConfig | None:
+        """Return the world that the team is for; None if its provenance does not say.
+
+        Raises :class:`ValueError` if what it says is no world.
+        """
+        if "env" not in self.provenance:
+            return None
+        try:
+            return EnvConfig.from_dict(self.provenance["env"])
+        except ValueError as error:
+            raise ValueError(f"{error}: save the team with provenance {IN_A_WORLD}") from None
 
     @property
     def n_agents(self) -> int:

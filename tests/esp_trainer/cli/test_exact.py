@@ -129,14 +129,20 @@ def test_a_team_of_another_world_is_said_to_be_one(
     team.save(file)
     assert main(asked) == 0
     assert capsys.readouterr().err.splitlines()[0] == (
-        f"note: {file} evolved in another world, with size=100, max_cycles=150; it is measured in one with size=4, "
-        "max_cycles=3"
+        f"note: {file} evolved with size=100, max_cycles=150; here size=4, max_cycles=3"
     )
     here = EnvConfig(size=4, n_prey=1, max_cycles=3, reward="dense").model_dump()
-    for provenance in ({}, {"env": here}, {"env": "nowhere"}):
+    for provenance in ({}, {"env": here}):
         replace(team, provenance=provenance).save(file)
         assert main(asked) == 0
-        assert "another world" not in capsys.readouterr().err
+        assert "note: " not in capsys.readouterr().err
+    replace(team, provenance={"env": "nowhere"}).save(file)
+    assert main(asked) == 1
+    assert capsys.readouterr().err == (
+        f"esp-trainer: {file} does not say which world it is for: EnvConfig must be a mapping of fields, "
+        "got 'nowhere': save the team with provenance "
+        '{"env": EnvConfig(...).model_dump()}\n'
+    )
 
 
 def test_fields_of_the_world_are_those_that_were_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

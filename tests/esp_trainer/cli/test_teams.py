@@ -177,6 +177,20 @@ def test_a_team_without_a_world_plays_a_script_in_the_papers(
     assert told.out == outcome.out
 
 
+def test_of_two_teams_without_a_world_the_predators_say_whether_they_may_idle(
+    esp_trainer: Callable[..., Any], tmp_path: Path, prey: Path
+) -> None:
+    options = ["--env.predator_idle", "false", "--generations", "1", "--quiet"]
+    assert esp_trainer("train", "smoke", *options, "--out", "run").code == 0
+    _team_of_someone({}, tmp_path / "run/champions/predators-00000.safetensors").save("hunters.safetensors")
+    _team_of_someone({}, prey).save("hunted.safetensors")
+    pair = ["hunters.safetensors", "--against", "hunted.safetensors", "--episodes", "10"]
+    one = esp_trainer("evaluate", *pair)
+    assert (one.code, one.err.split(" ")[0]) == (0, "hunters.safetensors")
+    assert "predator_idle=False" in one.out
+    assert esp_trainer("evaluate", *pair[2::-1], *pair[3:]) == one
+
+
 def test_teams_without_a_world_that_do_not_fit_are_refused(
     esp_trainer: Callable[..., Any], predators: Path, three_prey_run: Path
 ) -> None:
