@@ -23,9 +23,9 @@ def check_directories(runs: Sequence[Path]) -> None:
 
 
 def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
-    """Raise :class:`ValueError` unless runs have one config and a seed each: only then are they a sample of one thing.
+    """Raise :class:`ValueError` unless the runs have the same config and different seeds.
 
-    How many generations they have, and how often they are saved, may differ.
+    Number of generations, preset name and checkpoint interval may differ.
     """
     (first_path, first), *others = runs
     seeds = {first.seed: first_path}
@@ -35,7 +35,7 @@ def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
             if value != wanted[name]:
                 raise ValueError(
                     f"runs must differ in nothing but their seeds, got {first_path} with {name}={wanted[name]} and "
-                    f"{path} with {name}={value}"
+                    f"{path} with {name}={value}; measure them one at a time"
                 )
         if config.seed in seeds:
             raise ValueError(f"runs must have different seeds, got {seeds[config.seed]} and {path} with {config.seed}")
@@ -48,10 +48,23 @@ def cut_to_shortest(histories: Sequence[History]) -> list[History]:
     Raises :class:`ValueError` if there is no generation whose champions all runs keep.
     """
     n = min(map(len, histories))
-    kept = reduce(np.intersect1d, [history.kept[history.kept < n] for history in histories])
+    kept = _kept_by_all(histories)
     if not len(kept):
         raise ValueError("runs must have champions of the same generations, got none that all of them have")
     return [history.first(n, kept) for history in histories]
+
+
+def note_on_champions(histories: Sequence[History]) -> str | None:
+    """What to tell the reader if runs, not yet cut, keep champions of different generations; None if of the same."""
+    n, kept = min(map(len, histories)), _kept_by_all(histories)
+    if all((history.kept < n).sum() == len(kept) for history in histories):
+        return None
+    return f"Champions of only {len(kept)} generation{'s' if len(kept) > 1 else ''} are kept by all runs."
+
+
+def _kept_by_all(histories: Sequence[History]) -> np.ndarray:
+    n = min(map(len, histories))
+    return np.asarray(reduce(np.intersect1d, [history.kept[history.kept < n] for history in histories]))
 
 
 def note_on_lengths(lengths: Sequence[int]) -> str | None:

@@ -11,7 +11,13 @@ from esp_trainer.analysis import games, phases, plots, progress
 from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.history import History
-from esp_trainer.analysis.pooling import check_directories, check_same_config, cut_to_shortest, note_on_lengths
+from esp_trainer.analysis.pooling import (
+    check_directories,
+    check_same_config,
+    cut_to_shortest,
+    note_on_champions,
+    note_on_lengths,
+)
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place
@@ -121,10 +127,10 @@ def read_runs(runs: list[Path]) -> list[History]:
     check_directories(runs)
     histories = [History.of_run(run) for run in runs]
     check_same_config([(run, history.config) for run, history in zip(runs, histories, strict=True)])
-    note = note_on_lengths(list(map(len, histories)))
-    if note:
+    cut = cut_to_shortest(histories)
+    for note in filter(None, [note_on_lengths(list(map(len, histories))), note_on_champions(histories)]):
         say(f"note: {note}")
-    return cut_to_shortest(histories)
+    return cut
 
 
 def say(line: str) -> None:

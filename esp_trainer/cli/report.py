@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_lengths
+from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_champions, note_on_lengths
 from esp_trainer.cli.analysis import say
 from esp_trainer.files import check_place
 from esp_trainer.report.measure import Settings
@@ -22,8 +22,9 @@ def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
     check_same_config([(source.path, source.config) for source in sources])
     if len({source.name for source in sources}) < len(sources):
         sources = [replace(source, name=str(source.path)) for source in sources]
-    note = note_on_lengths([len(source) for source in sources])
-    notes += [note] if note else []
+    histories = [source.history for source in sources if source.history]
+    champions = note_on_champions(histories) if histories else None
+    notes += filter(None, [note_on_lengths([len(source) for source in sources]), champions])
     sources = cut(sources)
     place = out or (runs[0] if len(runs) == 1 else Path(os.path.commonpath([run.parent.resolve() for run in runs])))
     place = place / "report.html" if place.is_dir() else place

@@ -62,8 +62,8 @@ def _verdict(strengths: dict[Role, list[float]]) -> str:
         who = "both sides" if len(better) == 2 else f"only the {better[0]}" if better else "neither side"
         return f"In this run {who} got better"
     if n < MIN_SEEDS:
-        who = "Both sides" if len(better) == 2 else f"Only the {better[0]}" if better else "Neither side"
-        return f"{who} got better in both runs"
+        who = "Both sides" if len(better) == 2 else f"Only the {better[0]}" if better else "No side"
+        return f"{who} got better in each of the two runs"
     if len(better) == 2:
         return "Both sides made progress"
     return (
@@ -87,7 +87,7 @@ def _without_progress(runs: Sequence[Measured]) -> str:
     if not curves:
         return "No champion could be read, so nothing can be said of progress."
     if len(curves[0]) == 1:
-        return "One generation says nothing of progress."
+        return "The champions of one generation say nothing of progress."
     sixth = max(1, len(curves[0]) // 6)
     early, late = ([float(curve[part].mean()) for curve in curves] for part in (slice(sixth), slice(-sixth, None)))
     config = runs[0].source.config

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from esp_trainer.analysis.history import CURVES, History
-from esp_trainer.analysis.pooling import check_same_config, cut_to_shortest
+from esp_trainer.analysis.pooling import check_same_config, cut_to_shortest, note_on_champions
 from esp_trainer.config import RunConfig
 from esp_trainer.presets import preset
 
@@ -26,6 +26,13 @@ def test_runs_are_cut_to_the_shortest_and_to_the_champions_that_all_keep() -> No
         assert run.kept.tolist() == [0, 4]
         assert run.champions["prey"].ravel().tolist() == [0, 4]
         assert run.curves["caught"].tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_what_not_all_runs_keep_is_said() -> None:
+    histories = [history(6, [0, 2, 4, 5]), history(9, [0, 4, 8])]
+    assert note_on_champions(histories) == "Champions of only 2 generations are kept by all runs."
+    assert note_on_champions([history(6, [0, 4]), history(9, [0, 4, 8])]) is None
+    assert note_on_champions([history(6, [0, 2, 4, 5])]) is None
 
 
 def test_a_single_run_is_not_cut() -> None:

@@ -238,7 +238,7 @@ def test_runs_of_different_configs_are_not_pooled(
     }.items():
         assert refusal_of(esp_trainer, command, [first, place / name]) == (
             f"esp-trainer: runs must differ in nothing but their seeds, got {first} with {differs[0]} and "
-            f"{place / name} with {differs[1]}"
+            f"{place / name} with {differs[1]}; measure them one at a time"
         )
 
 
@@ -268,6 +268,21 @@ def test_runs_of_different_lengths_are_measured_as_far_as_all_go(
         assert f"{place / 'second'}: smoke, seed 1, 3 generations" in outcome.out
     if command == "behaviours":
         assert "generation                   0       1       2\n" in outcome.out
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_runs_that_keep_other_champions_are_said_to(
+    command: str, esp_trainer: Callable[..., Any], tmp_path: Path
+) -> None:
+    small = ["--esp.hof_size", "3", "--esp.subpopulation_size", "8", "--esp.hof_mates", "1", "--esp.n_trials", "16"]
+    runs = [_train(tmp_path / f"{n}", *small, "--seed", str(n), generations=n) for n in (4, 9)]
+    outcome = esp_trainer(command, *runs, "--episodes", 8)
+    assert [line for line in outcome.err.splitlines() if line.startswith("note: ")] == [
+        "note: The runs have 4 to 9 generations: the first 4 of each are measured.",
+        "note: Champions of only 1 generation are kept by all runs.",
+    ]
+    if command == "report":
+        assert "Champions of only 1 generation are kept by all runs." in (tmp_path / "report.html").read_text("utf-8")
 
 
 @pytest.mark.parametrize("command", ["analyse", "behaviours"])

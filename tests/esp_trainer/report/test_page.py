@@ -113,7 +113,9 @@ def test_a_short_run_has_a_page_too(
     place = tmp_path / "run"
     assert main(["train", "smoke", "--generations", str(generations), "--out", str(place), "--quiet"]) == 0
     assert report(place) == 0
-    assert ("One generation says nothing of progress." in story(place / "report.html")) == (generations == 1)
+    assert ("The champions of one generation say nothing of progress." in story(place / "report.html")) == (
+        generations == 1
+    )
     tab = open_page(place / "report.html")
     tab.until("predprey.player.match.length > 0")
     tab.assert_quiet()

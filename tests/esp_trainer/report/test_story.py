@@ -111,12 +111,14 @@ def test_of_two_runs_there_is_no_interval_and_no_test() -> None:
         return story([replace(each, met_others=each.progress) for each in runs])
 
     lines = two((0.3, 0.1), (0.34, 0.12))
-    assert lines[0].startswith("Both sides got better in both runs: against the same opponents of their run, ")
+    assert lines[0].startswith(
+        "Both sides got better in each of the two runs: against the same opponents of their run, "
+    )
     assert "predators gain +0.32 of the prey, and prey +0.11; the lesser of the two +0.11." in lines[0]
     assert "[" not in "".join(lines)
     assert ", p " not in "".join(lines)
-    assert two((0.3, 0.1), (0.3, 0.0))[0].startswith("Only the predators got better in both runs: ")
-    assert two((0.0, 0.1), (0.3, 0.0))[0].startswith("Neither side got better in both runs: ")
+    assert two((0.3, 0.1), (0.3, 0.0))[0].startswith("Only the predators got better in each of the two runs: ")
+    assert two((0.0, 0.1), (0.3, 0.0))[0].startswith("No side got better in each of the two runs: ")
 
 
 def test_it_says_how_much_goes_in_circles() -> None:
