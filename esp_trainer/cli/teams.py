@@ -5,10 +5,10 @@ from __future__ import annotations
 import difflib
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import compress
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
 def show(path: str) -> int:
     """Print what a team is and where it came from."""
     team = _evolved(path)
-    controller, origin = team.controller, team.provenance
+    controller = team.controller
     print(f"{path}: {team.n_agents} {team.role}")
     print(
         f"  networks    {len(controller.fan_in)} {'in all' if controller.n_together > 1 else 'an agent'} "
@@ -65,27 +65,47 @@ def show(path: str) -> int:
     )
     n_genes = len(team.genomes) * controller.n_hidden * sum(controller.used_genes)
     print(f"  genes       {n_genes}, from {team.genomes.min():z.2f} to {team.genomes.max():z.2f}")
-    if "preset" in origin:
-        print(f"  from        {origin['preset']}, seed {origin.get('seed')}, generation {origin.get('generation')}")
-    changed = _changes(origin)
-    if changed:
-        print(f"  changed     {', '.join(changed)}")
-    world = _world(team, path)
-    if world:
-        print(f"  world       {_words(world)}")
-    if "score" in origin:
-        chosen = origin.get("champion", {}).get("method")
-        print(f"  chosen by   {chosen}, mean fitness {origin['score']:.2f}, the best of its contenders")
-    if "held_out" in origin:
-        caught = Rate(**origin["held_out"]["caught"])
-        print(f"  held out    {caught} of the prey caught, champion against champion")
-    if "zoo" in origin:
-        score, rating = Rate(*origin["zoo"]["score"]), Rate(*origin["zoo"]["rating"])
-        verb = "caught" if team.role == "predators" else "not caught"
-        print(
-            f"  in the zoo  {score} of the prey {verb}, {in_points(rating)} points, made at commit {origin['commit']}"
-        )
+    for head, tell in _ORIGIN.items():
+        words = _readable(tell, team, path)
+        if words:
+            print(f"  {head:12}{words}")
     return 0
+
+
+def _readable(tell: Callable[[Team, str], str], team: Team, path: str) -> str:
+    """Return what there is to tell; nothing if a team's provenance, which is its author's own, holds something else."""
+    try:
+        return tell(team, path)
+    except DamagedFileError:
+        raise
+    except (KeyError, TypeError, AttributeError, ValueError):
+        return ""
+
+
+def _run(team: Team, _: str) -> str:
+    origin = team.provenance
+    return f"{origin['preset']}, seed {origin.get('seed')}, generation {origin.get('generation')}"
+
+
+def _chosen(team: Team, _: str) -> str:
+    method = team.provenance.get("champion", {}).get("method")
+    return f"{method}, mean fitness {team.provenance['score']:.2f}, the best of its contenders"
+
+
+def _held_out(team: Team, _: str) -> str:
+    return f"{Rate(**team.provenance['held_out']['caught'])} of the prey caught, champion against champion"
+
+
+def _in_zoo(team: Team, _: str) -> str:
+    origin = team.provenance
+    score, rating = Rate(**origin["zoo"]["score"]), Rate(**origin["zoo"]["rating"])
+    verb = "caught" if team.role == "predators" else "not caught"
+    return f"{score} of the prey {verb}, {in_points(rating)} points, made at commit {origin['commit']}"
+
+
+def _world_in_words(team: Team, path: str) -> str:
+    world = _world(team, path)
+    return _words(world) if world else ""
 
 
 def _shapes(controller: Controller) -> str:
@@ -93,10 +113,11 @@ def _shapes(controller: Controller) -> str:
     return " and ".join(f"{fan_in}-{controller.n_hidden}-{outputs}" for fan_in in dict.fromkeys(controller.fan_in))
 
 
-def _changes(origin: Mapping[str, Any]) -> list[str]:
+def _changes(team: Team, _: str) -> str:
     """The settings in which a team's run differs from the preset that it is named after."""
-    if origin.get("preset") not in PRESETS:
-        return []
+    origin = team.provenance
+    if origin["preset"] not in PRESETS:
+        return ""
     changed = []
     for section in ("predators", "prey", "esp", "champion"):
         usual = getattr(preset(origin["preset"]), section)
@@ -105,7 +126,17 @@ def _changes(origin: Mapping[str, Any]) -> list[str]:
         changed += [
             f"{section}.{name}={getattr(own, name)}" for name in told if getattr(own, name) != getattr(usual, name)
         ]
-    return changed
+    return ", ".join(changed)
+
+
+_ORIGIN = {
+    "from": _run,
+    "changed": _changes,
+    "world": _world_in_words,
+    "chosen by": _chosen,
+    "held out": _held_out,
+    "in the zoo": _in_zoo,
+}
 
 
 def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path]) -> int:

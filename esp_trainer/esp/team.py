@@ -19,6 +19,7 @@ from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig
 from predprey_env.policies.names import PREFIXES, agent_number, other_team
 from predprey_env.policies.protocol import Memories, choose
+from predprey_env.settings import plain
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
 """The provenance of a team that says which world it is for, as errors and notes advise it."""
@@ -53,6 +54,7 @@ class Team:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_memories", Memories(self.role == "prey"))
+        object.__setattr__(self, "provenance", self.provenance or {})  # None says as little
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
         if not np.isfinite(self.genomes).all():
@@ -151,7 +153,7 @@ class Team:
     def save(self, path: Path | str) -> None:
         """Write the team to a file of its own; :class:`ValueError` if its provenance cannot be written as JSON."""
         try:
-            json.dumps(dict(self.provenance), allow_nan=False)
+            provenance = json.loads(json.dumps(dict(self.provenance), default=_as_json, allow_nan=False))
         except (TypeError, ValueError) as error:
             raise ValueError(f"provenance must hold JSON values, such as config.model_dump(): {error}") from None
         header: dict[str, Any] = {
@@ -160,7 +162,7 @@ class Team:
             "n_agents": self.n_agents,
             "n_actions": len(self.controller.blank),
         }
-        header |= {"n_seen": self.n_seen, "provenance": dict(self.provenance)}
+        header |= {"n_seen": self.n_seen, "provenance": provenance}
         arrays = {"genomes": self.genomes, "wiring": self.controller.wiring}
         write_arrays(Path(path), "team", header, arrays)
 
@@ -180,6 +182,14 @@ class Team:
             raise DamagedFileError(f"{path} is not a usable team: {error.args[0]} is missing") from None
         except (ValueError, TypeError) as error:
             raise DamagedFileError(f"{path} is not a usable team: {error}") from None
+
+
+def _as_json(value: Any) -> Any:
+    """Return a NumPy scalar as the number that it is."""
+    number = plain(value)
+    if number is value:
+        raise TypeError(f"Object of type {type(value).__name__} is not JSON serializable")
+    return number
 
 
 def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:

@@ -134,6 +134,12 @@ PROVENANCES: dict[str, dict[str, Any]] = {
     "a generation alone": {"generation": 3},
     "a score alone": {"score": 3.5},
     "its own": {"author": "me"},
+    "no rates": {"held_out": {}, "zoo": {}},
+    "words for rates": {"held_out": {"caught": {"rate": "x", "low": 0, "high": 1}}, "zoo": "mine"},
+    "sections that are none": {"preset": "paper-3v2", "predators": 3, "champion": 4, "score": 1.0},
+    "sections with other fields": {"preset": "paper-3v2", "esp": {"x": 1}},
+    "presets": {"preset": ["x"]},
+    "a score in words": {"score": "x"},
 }
 
 
@@ -144,8 +150,9 @@ def test_show_knows_teams_that_say_little_of_where_they_came_from(
     """:class:`Team` is public: anyone may save one."""
     _team_of_someone(provenance, prey).save("mine.safetensors")
     outcome = esp_trainer("show", "mine.safetensors")
-    assert outcome.code == 0
+    assert (outcome.code, outcome.err) == (0, "")
     assert outcome.out.startswith("mine.safetensors: 2 prey\n")
+    assert not re.search("held out|in the zoo|changed", outcome.out)
 
 
 def test_a_team_without_a_world_plays_in_the_other_teams(
@@ -202,10 +209,22 @@ def test_teams_without_a_world_that_do_not_fit_are_refused(
 
 
 def test_where_a_team_came_from_must_be_json(prey: Path, tmp_path: Path) -> None:
-    for wrong in (EnvConfig(), np.int64(3), float("nan")):
+    for wrong in (EnvConfig(), np.zeros(2), float("nan"), np.float32("nan")):
         with pytest.raises(ValueError, match=r"^provenance must hold JSON values, such as config\.model_dump\(\): "):
             _team_of_someone({"env": wrong}, prey).save("mine.safetensors")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_numpy_numbers_in_where_a_team_came_from_are_numbers(prey: Path) -> None:
+    provenance = {"generation": np.int64(3), "by": {"score": [np.float32(0.5), np.array(2)], "best": np.bool_(True)}}
+    _team_of_someone(provenance, prey).save("mine.safetensors")
+    found = Team.load("mine.safetensors").provenance
+    assert json.dumps(found) == '{"generation": 3, "by": {"score": [0.5, 2], "best": true}}'
+
+
+def test_a_team_that_came_from_nowhere_is_saved(prey: Path) -> None:
+    _team_of_someone(None, prey).save("mine.safetensors")  # type: ignore[arg-type]
+    assert Team.load("mine.safetensors").provenance == {}
 
 
 def test_replay_prints_a_frame_for_each_step(esp_trainer: Callable[..., Any], predators: Path, prey: Path) -> None:
