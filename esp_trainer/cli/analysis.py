@@ -74,9 +74,7 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
         print(f"  progress against those of the other runs   {_progress(against)}")
     dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
     print(f"  dominance tournament   {len(dominant)} dominant: generations {', '.join(map(str, dominant))}")
-    share = games.transitive_share(caught, own.n_episodes)
-    ladder = f"{100 * share:.0f}% a ladder, {100 - 100 * share:.0f}% depends on the opponent"
-    print(f"  who beats whom         {'no differences beyond chance' if np.isnan(share) else ladder}")
+    print(f"  who beats whom         {_ladder(caught, own.n_episodes)}")
     game = games.solve(caught)
     exploit = games.exploitability_of_generations(caught)
     print(
@@ -92,6 +90,13 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
         print(f"  phases of success      {words} of the prey caught")
         alternation = phases.alternation(curve, np.random.default_rng(0))
         print(f"  alternations           {alternation.count}; by chance as many with p = {alternation.p:.2g}")
+
+
+def _ladder(caught: np.ndarray, episodes: int) -> str:
+    share = games.transitive_share(caught, episodes)
+    if not np.isnan(share):
+        return f"{100 * share:.0f}% a ladder, {100 - 100 * share:.0f}% depends on the opponent"
+    return "no differences beyond chance" if episodes > 1 else "not known from one episode a pair"
 
 
 def _progress(both: Sides[Progress]) -> str:

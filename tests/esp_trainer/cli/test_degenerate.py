@@ -65,6 +65,11 @@ def test_where_nothing_is_caught_nothing_is_divided(esp_trainer: Callable[..., A
     assert lines[-2].endswith("against its worst opponent of the run: predators 0.00, prey 0.00")
 
 
+def test_one_episode_a_pair_says_nothing_of_chance(esp_trainer: Callable[..., Any], place: Path) -> None:
+    lines = esp_trainer("analyse", place / "all is caught", "--episodes", "1").out.splitlines()
+    assert "  who beats whom         not known from one episode a pair" in lines
+
+
 def test_several_runs_in_which_nothing_happens_have_a_page(esp_trainer: Callable[..., Any], place: Path) -> None:
     runs = place / "nothing is caught", place / "another"
     assert esp_trainer("report", *runs, "--episodes", "1", "--out", "page.html").code == 0
@@ -72,6 +77,9 @@ def test_several_runs_in_which_nothing_happens_have_a_page(esp_trainer: Callable
 
 def test_what_chance_does_in_too_few_episodes_is_not_known(esp_trainer: Callable[..., Any], place: Path) -> None:
     lines = esp_trainer("behaviours", place / "one generation", "--episodes", "1").out.splitlines()
+    assert "- is not known: no episode can show it, or they are too few to estimate the rate by chance" in lines
+    many = esp_trainer("behaviours", place / "one generation", "--episodes", "64").out
+    assert ("- is not known" in many) == ("       -" in many)
     rows = {line[:22].strip(): line[22:].strip() for line in lines[2:-1]}
     assert rows["attacker"] == rows["herding"] == "-"
     assert rows["idling"] != "-"
