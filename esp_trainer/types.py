@@ -11,7 +11,7 @@ from predprey_env.config import TEAMS, TeamName
 
 
 class PolicyError(ValueError):
-    """A policy that cannot play, or stopped playing; in one line, whatever its own error said."""
+    """A policy cannot play, or failed while playing. The message is one line."""
 
     def __init__(self, message: str) -> None:
         super().__init__(" ".join(message.split()))

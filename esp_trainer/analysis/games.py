@@ -169,10 +169,10 @@ def decompose(caught: np.ndarray, episodes: int | None = None, scale: Scale = "s
 
 
 def transitive_share(caught: np.ndarray, episodes: int) -> float:
-    """Share of who beats whom that is a ladder, in [0, 1], by :func:`decompose`.
+    """Fraction of the win matrix that a ranking explains, in [0, 1], by :func:`decompose`.
 
-    nan where nothing can be divided: no difference exceeds chance, or chance cannot be told, as there is one episode a
-    pair or one generation of a side.
+    nan if no difference exceeds chance, or if chance cannot be estimated (one episode a pair, or one generation on a
+    side).
 
     Args:
         caught: As for :func:`decompose`, ``(G, H)``.

@@ -11,7 +11,7 @@ from scipy import stats
 from scipy.stats import mannwhitneyu, permutation_test
 
 MIN_SEEDS = 3
-"""Seeds from which on an interval is told: Student's of two is 12.7 standard errors to each side, and says nothing."""
+"""Fewest seeds for which an interval is reported. With two, Student's interval is 12.7 standard errors to each side."""
 
 _Z_95 = 1.959963984540054
 _MAX_FLIPS = 2**14  # all signs of up to 14 seeds, so p is exact; of more, that many at random

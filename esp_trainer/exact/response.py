@@ -106,7 +106,7 @@ def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: 
 
 
 def is_moving(role: Role, moves: Moves) -> bool:
-    """Whether it is a side's turn: else it has one action."""
+    """Return whether a side moves in this turn; if not, it has a single action."""
     return bool(moves.cell.shape[1 if role == "predators" else 2] > 1)
 
 
@@ -134,7 +134,7 @@ def parts_of(config: EnvConfig) -> list[tuple[Game, slice]]:
 
 
 class Room(NamedTuple):
-    """What the answers in a position are worked out in."""
+    """Scratch arrays for one thread's best responses."""
 
     cells: Any
     seen: Any

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from esp_trainer.analysis.inference import over_seeds
+from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide
 from esp_trainer.files import write_table
@@ -88,6 +88,6 @@ def table(results: Sequence[Result]) -> list[str]:
 
 def _mean(values: list[float]) -> str:
     """With its interval, where there are seeds enough for one that says something."""
-    if len(values) < 3:
+    if len(values) < MIN_SEEDS:
         return f"{sum(values) / len(values):.3f}" if values else "-"
     return str(over_seeds(values))

@@ -23,8 +23,8 @@ class BehaviourRate:
     """Mean over episodes."""
 
     null: float
-    """The same where nobody reacts to anybody (:func:`.null.repaired`); nan of what one agent does alone, and of too
-    few episodes to exchange their prey."""
+    """Mean rate in episodes re-paired so that nobody reacts to anybody (:func:`.null.repaired`). nan for behaviours of
+    one agent, and if too few episodes can be re-paired."""
 
     n: int
     """Episodes that the rate is a mean of; of specialisation, predators with a role."""
@@ -34,7 +34,7 @@ class BehaviourRate:
 
     @property
     def excess(self) -> float:
-        """What is reported: the rate less that by chance, nan if it is not known; of what is done alone, the rate."""
+        """Rate minus the rate by chance; nan if the latter is unknown. For behaviours of one agent, the rate itself."""
         return self.rate if self.alone else self.rate - self.null
 
 
