@@ -277,9 +277,11 @@ def test_shares_caught_are_counted_over_all_parities():
     assert found.n_seeds == 2
 
 
-def test_a_behaviour_is_its_rate_over_chance_or_where_that_has_no_meaning_its_rate():
-    found = results(behaviour__baiting=[[[0.5, 0.2], [0.3, np.nan]], [[0.0, 0.1], [np.nan, np.nan]]])
-    np.testing.assert_allclose(found.behaviour("baiting"), [[0.3, 0.3], [-0.1, np.nan]])
+def test_a_behaviour_is_its_rate_over_chance_or_of_one_agent_its_rate():
+    rates = [[[0.5, 0.2], [0.3, np.nan]], [[0.0, 0.1], [np.nan, np.nan]]]
+    found = results(behaviour__baiting=rates, behaviour__idling=rates)
+    np.testing.assert_allclose(found.behaviour("baiting"), [[0.3, np.nan], [-0.1, np.nan]])
+    np.testing.assert_allclose(found.behaviour("idling"), [[0.5, 0.3], [0.0, np.nan]])
 
 
 def test_results_are_kept_until_their_setting_changes(tmp_path: Path):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import games, progress
-from esp_trainer.analysis.behaviours.counts import over_chance
+from esp_trainer.analysis.behaviours.counts import is_alone, over_chance
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.phases import Alternation, alternation
 from esp_trainer.analysis.progress import Progress
@@ -110,9 +110,9 @@ class Results:
         return [each.count >= 2 and each.p <= CHANCE for each in self.alternations]
 
     def behaviour(self, name: str) -> np.ndarray:
-        """Rate over chance by watched generation, ``(n_seeds, n_watched)``; where chance has no meaning, the rate."""
+        """Rate over chance by watched generation, ``(n_seeds, n_watched)``; for behaviours of one agent, the rate."""
         rate, null = np.moveaxis(self[f"behaviour.{name}"].astype(float), -1, 0)
-        return over_chance(rate, null)
+        return over_chance(rate, null, alone=is_alone(name))
 
 
 def kept_file(kept: Path, arm: Arm) -> Path:

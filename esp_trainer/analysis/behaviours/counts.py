@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from esp_trainer.analysis.behaviours.specialisation import NEITHER, main_roles, 
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 
 _SHUFFLES = 20
+_Rates = TypeVar("_Rates", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,19 @@ class BehaviourRate:
     @property
     def excess(self) -> float:
         """Rate minus the rate by chance; nan if the latter is unknown. For behaviours of one agent, the rate itself."""
-        return self.rate if self.alone else self.rate - self.null
+        return over_chance(self.rate, self.null, alone=self.alone)
 
 
-def over_chance(rate: np.ndarray, null: np.ndarray) -> np.ndarray:
-    """Rates less the rates by chance; where chance has no meaning (nan), the rates themselves."""
-    return np.where(np.isnan(null), rate, rate - null)
+def over_chance(rate: _Rates, null: _Rates, *, alone: bool) -> _Rates:
+    """Return rates minus the rates by chance, nan where the latter are unknown; ``alone``, for behaviours of one agent,
+    the rates themselves.
+    """
+    return rate if alone else rate - null
+
+
+def is_alone(name: str) -> bool:
+    """Return whether one agent does a behaviour alone, so that chance has no meaning."""
+    return name in BEHAVIOURS and not BEHAVIOURS[name].of_interaction
 
 
 def count_behaviours(
@@ -61,7 +70,7 @@ def count_behaviours(
         seen = detector(paths, thresholds)
         chance = np.concatenate([detector(null, thresholds) for null in nulls]) if detector.of_interaction else seen[:0]
         n = int((~np.isnan(seen)).sum())
-        rates[name] = BehaviourRate(_mean(seen), _mean(chance), n, alone=not detector.of_interaction)
+        rates[name] = BehaviourRate(_mean(seen), _mean(chance), n, alone=is_alone(name))
     roles = main_roles(paths, thresholds)
     shuffled = [specialisation(generator.permuted(roles, axis=1)) for _ in range(_SHUFFLES)]
     rates["specialisation"] = BehaviourRate(
