@@ -98,7 +98,7 @@ def _held_out(team: Team, _: str) -> str:
 
 def _in_zoo(team: Team, _: str) -> str:
     origin = team.provenance
-    score, rating = Rate(**origin["zoo"]["score"]), Rate(**origin["zoo"]["rating"])
+    score, rating = Rate(*origin["zoo"]["score"]), Rate(*origin["zoo"]["rating"])
     verb = "caught" if team.role == "predators" else "not caught"
     return f"{score} of the prey {verb}, {in_points(rating)} points, made at commit {origin['commit']}"
 
