@@ -55,7 +55,7 @@ def cut_to_shortest(histories: Sequence[History]) -> list[History]:
 
 
 def note_on_champions(histories: Sequence[History]) -> str | None:
-    """What to tell the reader if runs, not yet cut, keep champions of different generations; None if of the same."""
+    """Return a note if runs, not yet cut, keep champions of different generations; None if of the same."""
     n, kept = min(map(len, histories)), _kept_by_all(histories)
     if all((history.kept < n).sum() == len(kept) for history in histories):
         return None

@@ -132,7 +132,7 @@ def _attribute(policy: Any, name: str, default: Any = None) -> Any:
 
 
 def _call(policy: Any, method: str, *arguments: Any) -> Any:
-    """What a method of the policy returns; :class:`PolicyError` from whatever it raises."""
+    """Call a method of the policy; :class:`PolicyError` from whatever it raises."""
     try:
         return _attribute(policy, method)(*arguments)
     except PolicyError:
@@ -146,7 +146,7 @@ def _named_error(error: BaseException) -> str:
 
 
 def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
-    """What the policy does in some states, int ``(n_states, n_agents)``: asked and checked as in a match."""
+    """Return the policy's actions in some states, int ``(n_states, n_agents)``: asked and checked as in a match."""
     _call(policy, "reset", 0)
     try:
         if callable(_attribute(policy, "act_batch")):
