@@ -145,7 +145,7 @@ class _Stopping:
     def __call__(self, number: int, _frame: FrameType | None) -> None:
         if not self.by:
             self.by = number
-            line = f"stopping when generation {self._trainer.done + 1} is done; Ctrl-C now stops at once"
+            line = "stopping after the generation in hand; Ctrl-C now stops at once"
             tell(line if self._plain else f"\n{line}")
             self._trainer.stop()
         elif number == signal.SIGINT and not self.at_once:

@@ -79,7 +79,7 @@ def test_the_first_signal_is_acknowledged_at_once(send: Any, capfd: pytest.Captu
     send([INT], generation=2)
     assert main(["train", "smoke", "--out", "run", "--quiet"]) == 130
     assert capfd.readouterr().err.splitlines()[-2:] == [
-        "stopping when generation 3 is done; Ctrl-C now stops at once",
+        "stopping after the generation in hand; Ctrl-C now stops at once",
         "stopped after 3 generations; go on with: esp-trainer resume run",
     ]
 

@@ -71,7 +71,7 @@ def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_th
     done = _logged(path)
     assert process.returncode == 128 + number
     assert errors.splitlines()[-2:] == [
-        f"stopping when generation {done} is done; Ctrl-C now stops at once",
+        "stopping after the generation in hand; Ctrl-C now stops at once",
         f"stopped after {done} generations; go on with: esp-trainer resume {path}",
     ]
     assert "Traceback" not in errors
