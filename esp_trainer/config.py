@@ -171,6 +171,9 @@ class ChampionConfig(Settings):
     n_episodes: int = Field(default=1, ge=1)
     """Episodes of each such meeting."""
 
+    n_past: int = Field(default=0, ge=0)
+    """Past champions of the other side, chosen by `esp.past_choice`, that all of the replayed teams also meet."""
+
     n_held_out: int = Field(default=200, ge=1)
     """Episodes, from the same held-out starts in every generation, in which champion meets champion."""
 

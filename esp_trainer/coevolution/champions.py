@@ -1,13 +1,14 @@
 """Which of a generation's teams is its champion.
 
 The best of a thousand six-episode scores is mostly luck, so by default the best twenty teams of each side meet each
-other again on fresh starts, and the best mean wins.
+other again on fresh starts, and past champions if asked for, and the best mean wins.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from esp_trainer.types import (
     Teams,
     TrialBatch,
 )
+from predprey_env.policies.names import other_team
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,9 @@ def choose_champions(
     config: ChampionConfig,
     evaluator: Evaluator,
     generator: np.random.Generator,
+    past: Mapping[Role, EvolvedTeams] = MappingProxyType({}),
 ) -> dict[Role, Champion]:
-    """The champion of each evolving side."""
+    """The champion of each evolving side; ``past`` are champions of the side's opponents that its contenders meet."""
     evolving = {role: side for role, side in contenders.items() if isinstance(side, Contenders)}
     if config.method == "argmax":
         return {role: Champion(c.controller, c.genomes[0], float(c.scores[0])) for role, c in evolving.items()}
@@ -80,10 +83,31 @@ def choose_champions(
 
     champions: dict[Role, Champion] = {}
     for role, side in evolving.items():
-        scores = result.fitness_of(role).mean(axis=(1, 2)).reshape(counts).mean(axis=1 - ROLES.index(role))
+        earned = np.moveaxis(result.fitness_of(role).mean(axis=(1, 2)).reshape(counts), ROLES.index(role), 0)
+        if role in past:
+            against_past = _meet_past(role, side, past[role], config.n_episodes, evaluator, generator)
+            earned = np.concatenate([earned, against_past], axis=1)
+        scores = earned.mean(axis=1)
         best = int(scores.argmax())
         champions[role] = Champion(side.controller, side.genomes[best], float(scores[best]))
     return champions
+
+
+def _meet_past(
+    role: Role,
+    side: Contenders,
+    past: EvolvedTeams,
+    n_episodes: int,
+    evaluator: Evaluator,
+    generator: np.random.Generator,
+) -> Fitness:
+    """Return what each contender earns against each past champion, ``(n_teams, n_past)``, from common starts."""
+    which, met = np.indices((len(side.scores), len(past.indices))).reshape(2, -1)
+    opponents = EvolvedTeams(past.controller, past.genomes, past.indices[met])
+    teams: dict[Role, Teams] = {role: _meet(side, which), other_team(role): opponents}
+    starts = evaluator.starts.draw(generator, len(past.indices), n_episodes)[met]
+    result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
+    return result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1)
 
 
 def _meet(side: Contenders | Fixed, which: np.ndarray) -> Teams:

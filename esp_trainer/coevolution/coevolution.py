@@ -160,7 +160,17 @@ class Coevolution:
         for role, teams in asked.items():
             fitness = centred(trials[role].fitness, self.config.esp.block_size)
             contenders[role] = best_teams(teams, fitness, settings.n_candidates)
-        return choose_champions(contenders, settings, self.evaluator, self._stream("champions", number))
+        met = asked if settings.n_past and number > 0 and not self.fixed else ()
+        past = {role: self._past(role, settings.n_past, number) for role in met}
+        generator = self._stream("champions", number)
+        return choose_champions(contenders, settings, self.evaluator, generator, past)
+
+    def _past(self, role: Role, n: int, number: int) -> EvolvedTeams:
+        """Choose past champions that the candidates of a side meet."""
+        other = self.evolving[other_team(role)]
+        generator = self._stream(f"{role} candidates' opponents", number)
+        chosen = CHOICES[self.config.esp.past_choice](other.hall_of_fame, (n,), generator)
+        return past_teams(other.subpopulations.controller, other.hall_of_fame, chosen)
 
     def _bred(
         self,

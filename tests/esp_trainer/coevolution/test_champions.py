@@ -10,6 +10,7 @@ import pytest
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.config import ChampionConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
+from esp_trainer.esp.team import as_candidates
 from esp_trainer.types import EvolvedTeams, ScriptedTeams
 
 CONTROLLER = make_controller(SideConfig(n_hidden=2), np.array([[0, 1]]), 4)
@@ -153,6 +154,22 @@ def test_against_a_script_only_the_evolving_side_has_a_champion(
     assert (champions[role].genomes == best).all()
     assert champions[role].score == score
     assert evaluator.batches[0].starts.shape == (3, 6), "as many episodes as against three contenders"
+
+
+def test_past_champions_that_all_contenders_meet_count_as_much_as_contenders_do(fake_evaluator: Any):
+    evaluator = fake_evaluator(scores_by(TABLE))
+    contenders = {"predators": numbered(3, PREDATORS), "prey": numbered(4, PREY)}
+    past = {"predators": EvolvedTeams(CONTROLLER, as_candidates(numbered(2, PREY).genomes), np.full((3, PREY, 1, 2), 1))}
+    champions = choose_champions(contenders, ChampionConfig(n_episodes=5), evaluator, RNG(0), past)
+    assert (champions["predators"].genomes == 2).all()
+    assert champions["predators"].score == pytest.approx((0 + 9 + 1 + 1 + 3 * 9) / 7)
+    assert (champions["prey"].genomes == 2).all(), "nobody else changes"
+    assert len(evaluator.batches) == 2
+    starts = evaluator.batches[1].starts
+    assert starts.shape == (9, 5)
+    assert (starts[:3] == starts[3:6]).all()
+    assert (starts[:3] == starts[6:]).all()
+    assert len(np.unique(starts[:3])) == 15
 
 
 def test_a_champion_can_play_every_trial_of_a_batch(members: Any):

@@ -241,6 +241,20 @@ def test_a_share_of_every_trial_is_against_past_champions_and_the_rest_scores_bo
         np.testing.assert_allclose(generations[2].trials[role].fitness, fitness)
 
 
+@pytest.mark.parametrize("policies", [{}, {"prey": "flee_nearest"}])
+def test_candidates_meet_past_champions_where_both_sides_evolve(policies: dict[str, Any]):
+    config = small().replace(champion=ChampionConfig(n_candidates=3, n_held_out=16, n_past=5))
+    config = config.replace(**{role: SideConfig(policy=policy) for role, policy in policies.items()})
+    evaluator = Spy(config.env)
+    _, generations = evolve(config, 3, evaluator)
+    assert len(evaluator.batches) == 3 * 3 + (0 if policies else 2 * 2)
+    if not policies:
+        for batch, opponents in ((10, "prey"), (11, "predators")):
+            famous = are_champions(evaluator.teams[batch][opponents], generations[:2], opponents)
+            assert famous.shape == (15, 2)
+            assert famous.any(axis=1).all()
+
+
 def test_a_champion_is_remembered_to_win_as_far_as_it_won():
     config = small(n_episodes=2, past_share=0.5)
     evaluator = Spy(config.env)
