@@ -107,7 +107,7 @@ def _meet_past(
     teams: dict[Role, Teams] = {role: _meet(side, which), other_team(role): opponents}
     starts = evaluator.starts.draw(generator, len(past.indices), n_episodes)[met]
     result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
-    return result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1)
+    return np.asarray(result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1))
 
 
 def _meet(side: Contenders | Fixed, which: np.ndarray) -> Teams:

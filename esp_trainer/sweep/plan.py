@@ -8,6 +8,9 @@
     [fields]                              # of every run's config; a list is tried value by value, and in the name
     generations = 100
     esp.n_trials = [500, 1000]
+
+    [conditions.biased]                   # instead of lists: fields by the name of a condition, a preset among them
+    prey.bias = true
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from predprey_env.settings import flat, unknown_field
 
 _MOST = 100_000
 _LONGEST_NAME = 255 - len("traceback-.txt")  # what file systems take of the longest that is named after a run
-_ENTRIES = ["preset", "seeds", "fields"]
+_ENTRIES = ["preset", "seeds", "fields", "conditions"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,8 @@ class PlannedRun:
     """A run of a sweep."""
 
     cell: str
-    """What it shares with the other seeds: its preset, and its values of the fields that are given as lists."""
+    """The condition that it shares with the other seeds: its name, or its preset and its values of the fields that are
+    given as lists."""
     config: RunConfig
 
     @property
@@ -59,8 +63,11 @@ def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
         name, times = Counter(run.name for run in plan).most_common(1)[0]
         if times > 1:
             raise ValueError(f"runs must be different, got {name} {times} times")
-        if len({run.config.model_dump_json() for run in plan}) < len(plan):
-            raise ValueError("runs must be different, got a value twice, written in two ways")
+        first: dict[str, str] = {}
+        for run in plan:
+            same = first.setdefault(run.config.model_dump_json(), run.name)
+            if same != run.name:
+                raise ValueError(f"runs must be different, got the same config for {same} and {run.name}")
         longest = max((run.name for run in plan), key=len)
         if len(longest) > _LONGEST_NAME:
             raise ValueError(
@@ -82,6 +89,9 @@ def _text(declared: bytes) -> str:
 
 def _runs(declared: dict[str, Any]) -> list[PlannedRun]:
     presets, seeds, values = _checked(declared)
+    conditions = _conditions(declared.get("conditions", {}))
+    if conditions:
+        return _named_conditions(conditions, presets, seeds, values)
     listed = [name for name, value in flat(declared.get("fields", {})).items() if isinstance(value, list)]
     runs = []
     for word, combination in product(presets, product(*values.values())):
@@ -90,6 +100,40 @@ def _runs(declared: dict[str, Any]) -> list[PlannedRun]:
         cell = "-".join([word, *(f"{name}={_word(fields[name])}" for name in listed)])
         runs += [PlannedRun(cell, config.replace(seed=seed)) for seed in seeds]
     return runs
+
+
+def _named_conditions(
+    conditions: dict[str, dict[str, Any]], presets: list[str], seeds: Sequence[int], values: dict[str, list[Any]]
+) -> list[PlannedRun]:
+    """Return the runs of each condition, whose fields count before those of all runs."""
+    listed = {"preset": presets, **values}
+    for name, given in listed.items():
+        if len(given) > 1:
+            raise ValueError(f"with conditions, {name} must be one value, got {len(given)}")
+    common = {name: given[0] for name, given in values.items()}
+    runs = []
+    for name, own in conditions.items():
+        fields = {**common, **own}
+        config = preset(fields.pop("preset", presets[0])).with_fields(fields)
+        runs += [PlannedRun(name, config.replace(seed=seed)) for seed in seeds]
+    return runs
+
+
+def _conditions(declared: Any) -> dict[str, dict[str, Any]]:
+    """Return the fields of each condition by its name."""
+    if not isinstance(declared, dict) or not all(isinstance(fields, dict) for fields in declared.values()):
+        raise ValueError(f"conditions must be tables of fields by name, got {declared!r}")
+    for name, fields in declared.items():
+        if not name or set(name) & set("/\\\0") or name.startswith("."):
+            raise ValueError(f"a condition must have a name that a directory can have, got {name!r}")
+        if "seed" in fields:
+            raise ValueError("seed is no field of a condition: say seeds, above")
+        for field, value in flat(fields).items():
+            if isinstance(value, list | dict):
+                raise ValueError(f"{field} of the condition {name} must be one value, got {value!r}")
+        if not isinstance(fields.get("preset", ""), str):
+            raise ValueError(f"preset of the condition {name} must be a name, got {fields['preset']!r}")
+    return {name: flat(fields) for name, fields in declared.items()}
 
 
 def _checked(declared: dict[str, Any]) -> tuple[list[str], Sequence[int], dict[str, list[Any]]]:

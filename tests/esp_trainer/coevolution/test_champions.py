@@ -159,7 +159,9 @@ def test_against_a_script_only_the_evolving_side_has_a_champion(
 def test_past_champions_that_all_contenders_meet_count_as_much_as_contenders_do(fake_evaluator: Any):
     evaluator = fake_evaluator(scores_by(TABLE))
     contenders = {"predators": numbered(3, PREDATORS), "prey": numbered(4, PREY)}
-    past = {"predators": EvolvedTeams(CONTROLLER, as_candidates(numbered(2, PREY).genomes), np.full((3, PREY, 1, 2), 1))}
+    past = {
+        "predators": EvolvedTeams(CONTROLLER, as_candidates(numbered(2, PREY).genomes), np.full((3, PREY, 1, 2), 1))
+    }
     champions = choose_champions(contenders, ChampionConfig(n_episodes=5), evaluator, RNG(0), past)
     assert (champions["predators"].genomes == 2).all()
     assert champions["predators"].score == pytest.approx((0 + 9 + 1 + 1 + 3 * 9) / 7)

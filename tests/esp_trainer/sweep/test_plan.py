@@ -43,6 +43,30 @@ def test_runs_are_presets_by_values_by_seeds_in_the_order_of_the_file(tmp_path: 
     assert last.config == paper.replace(generations=9, seed=3, esp=paper.esp.replace(mutation_rate=0.5))
 
 
+def test_conditions_have_names_and_their_fields_count_before_those_of_all(tmp_path: Path) -> None:
+    text = """
+        preset = "smoke"
+        seeds = 2
+        [fields]
+        generations = 9
+        esp.n_trials = 60
+        [conditions.plain]
+        [conditions."with a bias"]
+        prey.bias = true
+        esp.n_trials = 50
+        [conditions.paper]
+        preset = "paper-3v1"
+    """
+    assert plan_of(text, tmp_path) == [
+        (name, f"{name}-seed{seed}") for name in ("plain", "with a bias", "paper") for seed in (0, 1)
+    ]
+    plain, biased, paper = [run.config for run in read_plan(tmp_path / "sweep.toml") if run.config.seed == 1]
+    smoke = preset("smoke").replace(generations=9, seed=1)
+    assert plain == smoke.replace(esp=smoke.esp.replace(n_trials=60))
+    assert biased == smoke.replace(esp=smoke.esp.replace(n_trials=50), prey=smoke.prey.replace(bias=True))
+    assert paper == preset("paper-3v1").with_fields({"generations": 9, "seed": 1, "esp.n_trials": 60})
+
+
 def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
     assert [name for _, name in plan_of('preset = "smoke"\nseeds = 3', tmp_path)] == [
         "smoke-seed0",
@@ -71,11 +95,33 @@ def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
         ),
         (
             'preset = "smoke"\n[fields]\nesp.mutation_rate = [1, 1.0]',
-            "runs must be different, got a value twice, written in two ways",
+            "runs must be different, got the same config for smoke-esp.mutation_rate=1-seed0 and "
+            "smoke-esp.mutation_rate=1.0-seed0",
         ),
         (
             'preset = "smoke"\n[fields]\nesp = [{n_trials = 5}]',
             "esp must be a value or a list of values, got [{'n_trials': 5}]",
+        ),
+        ('preset = "smoke"\nconditions = 1', "conditions must be tables of fields by name, got 1"),
+        ('preset = "smoke"\n[conditions]\na = 1', "conditions must be tables of fields by name, got {'a': 1}"),
+        (
+            'preset = "smoke"\n[conditions."../a"]',
+            "a condition must have a name that a directory can have, got '../a'",
+        ),
+        ('preset = "smoke"\n[conditions.a]\nseed = 1', "seed is no field of a condition: say seeds, above"),
+        (
+            'preset = "smoke"\n[conditions.a]\nenv.size = [8, 9]',
+            "env.size of the condition a must be one value, got [8, 9]",
+        ),
+        ('preset = "smoke"\n[conditions.a]\npreset = 1', "preset of the condition a must be a name, got 1"),
+        ('preset = ["smoke", "paper-3v1"]\n[conditions.a]', "with conditions, preset must be one value, got 2"),
+        (
+            'preset = "smoke"\n[fields]\nenv.size = [8, 9]\n[conditions.a]',
+            "with conditions, env.size must be one value, got 2",
+        ),
+        (
+            'preset = "smoke"\n[conditions.a]\n[conditions.b]',
+            "runs must be different, got the same config for a-seed0 and b-seed0",
         ),
         ('preset = "smoke"\nfields = 1', "fields must be a table, got 1"),
         (
