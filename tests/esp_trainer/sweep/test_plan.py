@@ -95,8 +95,10 @@ def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
         ),
         (
             'preset = "smoke"\n[fields]\nesp.mutation_rate = [1, 1.0]',
-            "runs must be different, got the same config for smoke-esp.mutation_rate=1-seed0 and "
-            "smoke-esp.mutation_rate=1.0-seed0",
+            (
+                "runs must be different, got the same config for smoke-esp.mutation_rate=1-seed0 and "
+                "smoke-esp.mutation_rate=1.0-seed0"
+            ),
         ),
         (
             'preset = "smoke"\n[fields]\nesp = [{n_trials = 5}]',
