@@ -83,6 +83,16 @@ class EspConfig(Settings):
     """Trials in turn that have the same starts and past champions. What counts is then how much more a team earned than
     the mean of its block, so that nobody breeds for an easy start; 1 counts the fitness as it is (section V)."""
 
+    memory: float = Field(default=0.0, ge=0, lt=1)
+    """How much of a neuron's earlier trials counts in the next generation; 0 scores neurons by the mean fitness of one
+    generation's trials (section V)."""
+
+    prior_trials: float = Field(default=0.0, ge=0, le=1e9)
+    """Trials of mean fitness that each neuron is scored with besides its own, so that few lucky trials count less."""
+
+    inheritance: float = Field(default=0.0, ge=0, le=1)
+    """How much of its parents' trials a child begins with, where `memory` keeps them."""
+
     fitness_sharing: bool = False
     """Competitive fitness sharing (Rosin & Belew 1997): what a team earns counts as its share of all that was earned
     against the same opponents, so that beating one that few beat is worth more. Here opponents are known by their

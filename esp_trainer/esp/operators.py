@@ -12,8 +12,8 @@ import numpy as np
 from esp_trainer.types import Fitness
 
 
-def neuron_fitness(chosen: np.ndarray, fitness: Fitness, size: int) -> Fitness:
-    """Mean fitness of each neuron over the trials it took part in, ``(S, size)``; -inf for one that took part in none.
+def sums_by_neuron(chosen: np.ndarray, fitness: Fitness, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the summed fitness of the trials that each neuron took part in, and their number: ``(S, size)`` each.
 
     Args:
         chosen: Which neuron of each subpopulation each trial used, int ``(n_trials, S)``.
@@ -21,12 +21,10 @@ def neuron_fitness(chosen: np.ndarray, fitness: Fitness, size: int) -> Fitness:
         size: Neurons in a subpopulation.
     """
     n_subpopulations = chosen.shape[1]
-    flat = (chosen + size * np.arange(n_subpopulations)).ravel()
+    shape, flat = (n_subpopulations, size), (chosen + size * np.arange(n_subpopulations)).ravel()
     total = np.bincount(flat, np.repeat(fitness, n_subpopulations), n_subpopulations * size)
     times = np.bincount(flat, minlength=n_subpopulations * size)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(times > 0, total / times, -np.inf)
-    return mean.reshape(n_subpopulations, size)
+    return total.reshape(shape), times.reshape(shape)
 
 
 def ranking(fitness: Fitness) -> np.ndarray:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from esp_trainer.esp.operators import sums_by_neuron
 from esp_trainer.types import Fitness
 
 
@@ -41,10 +42,8 @@ class Variance:
             size: Neurons in a subpopulation.
         """
         n_trials, n_subpopulations = chosen.shape
-        flat = (chosen + size * np.arange(n_subpopulations)).ravel()
         centred = fitness - fitness.mean()
-        totals = np.bincount(flat, np.repeat(centred, n_subpopulations))
-        times = np.bincount(flat)
+        totals, times = sums_by_neuron(chosen, centred, size)
         tested = times > 0
         between = float((totals[tested] ** 2 / times[tested]).sum())
         self._between += between

@@ -13,6 +13,7 @@ import numpy as np
 
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
+from esp_trainer.esp.estimates import Estimates
 from esp_trainer.esp.signal import Variance
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
@@ -33,9 +34,12 @@ class Subpopulations:
         config: Parameters of ESP.
         controller: The networks of each agent.
         genomes: float32 ``(n_agents, n_networks, n_hidden, subpopulation_size, n_genes)``; see :meth:`random`.
+        estimates: What earlier generations told of the neurons; by default nothing.
     """
 
-    def __init__(self, config: EspConfig, controller: Controller, genomes: Genomes) -> None:
+    def __init__(
+        self, config: EspConfig, controller: Controller, genomes: Genomes, estimates: Estimates | None = None
+    ) -> None:
         n_networks, n_hidden, n_genes = controller.shape
         expected = (n_networks, n_hidden, config.subpopulation_size, n_genes)
         if genomes.shape[1:] != expected:
@@ -44,6 +48,7 @@ class Subpopulations:
         self.controller = controller
         self.genomes = np.ascontiguousarray(genomes)  # bred in place, through other shapes
         self._used = np.tile(np.repeat(controller.used_genes, n_hidden), len(genomes))  # of each subpopulation
+        self.estimates = estimates or Estimates.none(len(self._used), config.subpopulation_size)
         self._asked: np.ndarray | None = None
 
     @classmethod
@@ -91,28 +96,55 @@ class Subpopulations:
             trial, agent = np.argwhere(~np.isfinite(fitness))[0]
             raise ValueError(f"fitness must be finite, got {fitness[trial, agent]} for agent {agent} in trial {trial}")
         earned = fitness.reshape(n_trials, n_genomes, -1).mean(axis=2)
-        chosen, size = self._asked.reshape(n_trials, n_genomes, -1), self.config.subpopulation_size
-        scores, variance = [], Variance()
-        for genome in range(n_genomes):
-            scores.append(operators.neuron_fitness(chosen[:, genome], earned[:, genome], size))
-            variance.add(chosen[:, genome], earned[:, genome], size)
+        chosen = self._asked.reshape(n_trials, n_genomes, -1)
         self._asked = None
-        self._breed(operators.ranking(np.concatenate(scores)), champions, generator)
-        return variance.share()
+        scores, share = self._score(chosen, earned)
+        self._breed(operators.ranking(scores), champions, generator)
+        return share
+
+    def _score(self, chosen: np.ndarray, earned: Fitness) -> tuple[Fitness, float]:
+        """Return the score of each neuron, ``(S, size)``, and how much of it one generation's trials tell.
+
+        Args:
+            chosen: Which neuron each trial used, int ``(n_trials, n_genomes, S / n_genomes)``.
+            earned: What each genome earned, ``(n_trials, n_genomes)``.
+        """
+        config, variance = self.config, Variance()
+        remembers = config.memory > 0 or config.prior_trials > 0
+        totals, trials = [], []
+        for genome in range(earned.shape[1]):
+            own = earned[:, genome]
+            variance.add(chosen[:, genome], own, config.subpopulation_size)
+            # Earlier generations met other opponents: only what is beyond a generation's mean can be added up.
+            counted = own - own.mean() if remembers else own
+            total, times = operators.sums_by_neuron(chosen[:, genome], counted, config.subpopulation_size)
+            totals.append(total)
+            trials.append(times)
+        now = Estimates(np.concatenate(totals), np.concatenate(trials))
+        if not remembers:
+            return now.scores(0.0), variance.share()
+        self.estimates = self.estimates.after(now.totals, now.trials, config.memory)
+        return self.estimates.scores(config.prior_trials), variance.share()
 
     def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
         """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""
         config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
         each = np.arange(len(ranks))[:, None]
-        elite = genes[each, ranks[:, : config.n_elite]]
-        mates = elite[each, operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)]
+        parents = ranks[:, : config.n_elite]
+        drawn = operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)
+        mates, elite = parents[each, drawn], genes[each, parents]
+        mated = genes[each, mates]
         if len(champions) and config.hof_mates:
             drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
-            mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
-        children = operators.one_point_crossover(generator, elite, mates, self._used)
+            mated[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
+            mates[:, -config.hof_mates :] = -1
+        children = operators.one_point_crossover(generator, elite, mated, self._used)
         mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
         operators.mutate(generator, children, self._used, *mutation)
-        genes[each, ranks[:, : -2 * config.n_elite - 1 : -1]] = children
+        places = ranks[:, : -2 * config.n_elite - 1 : -1]
+        genes[each, places] = children
+        if config.memory:
+            self.estimates = self.estimates.bred(parents, mates, places, config.inheritance)
 
     def spread(self) -> Spread:
         """How far apart the neurons of a subpopulation are, and how large their genes."""
@@ -138,6 +170,7 @@ class Subpopulations:
         spread = spread.reshape(self.genomes.shape)
         spread[:, :, :, 0] = 0.0
         self.genomes[:] = champion[:, :, :, None] + _only_used(spread, self.controller)
+        self.estimates = Estimates.none(*self.estimates.totals.shape)
 
 
 def _only_used(genes: np.ndarray, controller: Controller) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides, side_config
 from esp_trainer.config import RunConfig
+from esp_trainer.esp.estimates import Estimates
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import Role, ScriptedTeams
@@ -36,6 +37,9 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
             arrays[f"{role}.genomes"] = side.subpopulations.genomes
             arrays[f"{role}.hall_of_fame"] = side.hall_of_fame.champions
             arrays[f"{role}.met"] = side.hall_of_fame.met
+            if config.esp.memory:
+                arrays[f"{role}.totals"] = side.subpopulations.estimates.totals
+                arrays[f"{role}.trials"] = side.subpopulations.estimates.trials
             best = side.best if np.isfinite(side.best) else None
             progress[role] = {"best": best, "stagnant": side.stagnant}
     algorithms = {role: _algorithm(side) for role, side in sides.items()}
@@ -122,13 +126,21 @@ def _restore(
             fame, met = fame[kept], met[kept]
         _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
         best = progress[role]["best"]
+        estimates = _estimates(role, arrays, population.estimates) if config.esp.memory else None
         sides[role] = EvolvingSide(
-            Subpopulations(population.config, population.controller, genomes.copy()),
+            Subpopulations(population.config, population.controller, genomes.copy(), estimates),
             HallOfFame(fame, size, generations, met),
             -np.inf if best is None else float(best),
             int(progress[role]["stagnant"]),
         )
     return sides
+
+
+def _estimates(role: Role, arrays: dict[str, np.ndarray], like: Estimates) -> Estimates:
+    totals, trials = arrays[f"{role}.totals"], arrays[f"{role}.trials"]
+    _check(f"{role}.totals", totals, like.totals.shape, np.float64)
+    _check(f"{role}.trials", trials, like.trials.shape, np.float64)
+    return Estimates(totals, trials)
 
 
 def _check(name: str, array: np.ndarray, shape: tuple[int, ...], kind: type[np.floating[Any]] = np.float32) -> None:

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from esp_trainer.esp.operators import (
     draw_mates,
     mutate,
-    neuron_fitness,
     one_point_crossover,
     ranking,
+    sums_by_neuron,
     truncated_cauchy,
 )
 
@@ -28,26 +28,22 @@ def rng(seed: int = 0) -> np.random.Generator:
 # -- fitness and ranks -----------------------------------------------------------------------------------------------
 
 
-def test_a_neurons_fitness_is_the_mean_over_its_trials():
+def test_a_neurons_trials_are_summed():
     chosen = np.array([[0, 2], [1, 2], [0, 0], [0, 2]])
-    fitness = np.array([1.0, 2.0, 3.0, 6.0])
-    assert neuron_fitness(chosen, fitness, 4).tolist() == [[10 / 3, 2.0, -INF, -INF], [3.0, -INF, 3.0, -INF]]
-
-
-def test_an_untested_neuron_is_worse_than_any_fitness():
-    scores = neuron_fitness(np.array([[1]]), np.array([-1e300]), 2)
-    assert ranking(scores).tolist() == [[1, 0]]
+    totals, trials = sums_by_neuron(chosen, np.array([1.0, 2.0, 3.0, 6.0]), 4)
+    assert totals.tolist() == [[10.0, 2.0, 0.0, 0.0], [3.0, 0.0, 9.0, 0.0]]
+    assert trials.tolist() == [[3, 1, 0, 0], [1, 0, 3, 0]]
 
 
 @given(st.integers(1, 30), st.integers(1, 4), st.integers(1, 6), st.integers(0, 100))
-def test_neuron_fitness_equals_a_plain_loop(n_trials: int, n_subpopulations: int, size: int, seed: int):
+def test_sums_by_neuron_equal_a_plain_loop(n_trials: int, n_subpopulations: int, size: int, seed: int):
     chosen = rng(seed).integers(0, size, (n_trials, n_subpopulations))
     fitness = rng(seed + 1).integers(0, 100, n_trials) / 4  # sums are exact
-    scores = neuron_fitness(chosen, fitness, size)
+    totals, trials = sums_by_neuron(chosen, fitness, size)
     for subpopulation in range(n_subpopulations):
         for neuron in range(size):
             own = fitness[chosen[:, subpopulation] == neuron]
-            assert scores[subpopulation, neuron] == (own.mean() if len(own) else -INF)
+            assert (totals[subpopulation, neuron], trials[subpopulation, neuron]) == (own.sum(), len(own))
 
 
 def test_ranking_goes_from_best_to_worst_and_leaves_equals_in_order():
