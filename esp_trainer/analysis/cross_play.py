@@ -26,7 +26,8 @@ EPISODES = 64
 """Of each cell. A multiple of 8 holds the parities of the starts in their true proportions; with 64 a cell's standard
 error is at most 0.063, and that of the mean of a row of 46 below 0.01."""
 
-_PANEL = 6  # champions of each other run that a run is measured against
+PANEL = 6
+"""Champions of each other run that a run is measured against."""
 _FEW = 128  # trials that keep two cores and all their lanes busy
 _CELLS_AT_ONCE = 4096  # bounds memory: some 20 MB of outcomes
 
@@ -173,7 +174,7 @@ def met_by_others(
     """
     mine, matrices = history.entrants(role, own.predators if role == "predators" else own.prey), []
     for other in others:
-        theirs = other.entrants(other_team(role), other.sample(_PANEL))
+        theirs = other.entrants(other_team(role), other.sample(PANEL))
         pair = (mine, theirs) if role == "predators" else (theirs, mine)
         matrices.append(cross_play(*pair, evaluator, n_episodes=own.n_episodes).caught)
     return matrices

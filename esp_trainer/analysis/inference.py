@@ -64,6 +64,13 @@ def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(mean, mean - half, mean + half, n)
 
 
+def summary(values: Sequence[float] | np.ndarray) -> str:
+    """Return the mean over seeds in words, with its interval from :data:`MIN_SEEDS` seeds on; ``-`` for no seed."""
+    if len(values) < MIN_SEEDS:
+        return f"{sum(values) / len(values):z.3f}" if len(values) else "-"
+    return str(over_seeds(values))
+
+
 def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean over runs ``(n_runs, n)`` and both ends of its 95% interval (Student's, as :func:`over_seeds`), point by
     point: each ``(n,)``. Of fewer runs than :data:`MIN_SEEDS` all three are the mean.

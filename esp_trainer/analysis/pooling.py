@@ -13,7 +13,8 @@ from esp_trainer.config import RunConfig
 from esp_trainer.run.checkpoint import NO_MATTER
 from predprey_env.settings import flat
 
-_MAY_DIFFER = {"preset", "seed", *NO_MATTER}  # the preset is only a name
+MAY_DIFFER = {"preset", "seed", *NO_MATTER}  # the preset is only a name
+"""Fields in which runs may differ that are measured together."""
 
 
 def check_directories(runs: Sequence[Path]) -> None:
@@ -29,9 +30,9 @@ def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
     """
     (first_path, first), *others = runs
     seeds = {first.seed: first_path}
-    wanted = flat(first.model_dump(exclude=_MAY_DIFFER))
+    wanted = flat(first.model_dump(exclude=MAY_DIFFER))
     for path, config in others:
-        for name, value in flat(config.model_dump(exclude=_MAY_DIFFER)).items():
+        for name, value in flat(config.model_dump(exclude=MAY_DIFFER)).items():
             if value != wanted[name]:
                 raise ValueError(
                     f"runs must differ in nothing but their seeds, got {first_path} with {name}={wanted[name]} and "

@@ -91,6 +91,11 @@ class Progress:
     """Kendall's tau-b of the curve with time, in [-1, 1]; 0 for a constant curve. Without a p-value, since generations
     that follow each other are not independent: test over seeds."""
 
+    @property
+    def level(self) -> float:
+        """Mean of the last sixth of the curve: how good the side is in the end."""
+        return float(self.curve[_ends(len(self.curve))[1]].mean())
+
 
 def progress(results: np.ndarray) -> Progress:
     """One side's progress against a panel.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
+from esp_trainer.analysis.inference import summary
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide
 from esp_trainer.files import write_table
@@ -81,13 +81,6 @@ def table(results: Sequence[Result]) -> list[str]:
     for cell in cells:
         runs = [result for result in results if result.run.cell == cell]
         whole = [result for result in runs if result.whole]
-        figures = "".join(f"{_mean([result.figures[name] for result in whole]):>24}" for name in FIGURES)
+        figures = "".join(f"{summary([result.figures[name] for result in whole]):>24}" for name in FIGURES)
         lines.append(f"{cell:{width}}{f'{len(whole)}/{len(runs)}':>8}{figures}")
     return lines
-
-
-def _mean(values: list[float]) -> str:
-    """With its interval, where there are seeds enough for one that says something."""
-    if len(values) < MIN_SEEDS:
-        return f"{sum(values) / len(values):.3f}" if values else "-"
-    return str(over_seeds(values))
