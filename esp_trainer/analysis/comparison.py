@@ -1,0 +1,210 @@
+"""Conditions side by side: what is measured of each run, and what the seeds say of the differences.
+
+Every run is measured against panels, opponents that stand still and are the same for all conditions. In-loop success
+alone would not do: it moves with the opponent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from esp_trainer.analysis.conditions import world_of
+from esp_trainer.analysis.cross_play import EPISODES, PANEL, cross_play
+from esp_trainer.analysis.history import History
+from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm
+from esp_trainer.analysis.progress import progress
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams.zoo import known_teams, load_team
+from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from predprey_env.config import EnvConfig
+from predprey_env.policies import SCRIPTS
+from predprey_env.policies.names import other_team
+
+GENERATIONS = 24
+"""Generations of a run that meet the panels."""
+LEAST = 3
+"""Fewest of them: progress in the second half needs two."""
+
+Opponents = dict[Role, list[Teams]]
+"""Who stands still, by the side that they play."""
+Values = dict[str, float]
+"""Measures of a run by name; nan for what cannot be measured."""
+
+HELD_OUT, SCRIPTED = "held_out", "scripts"
+KINDS = ("level", "progress", "late_progress")
+"""What is measured against a panel: the mean of the last sixth of the generations, and how much that is above the first
+sixth, of the whole run and of its second half."""
+
+
+def name_of(role: Role, panel: str, kind: str) -> str:
+    """Return the name of a measure against a panel, ``predators_scripts_level`` for example."""
+    return f"{role}_{panel}_{kind}"
+
+
+def held_out_opponents(env: EnvConfig, runs: Sequence[History] = ()) -> Opponents:
+    """Return opponents that nobody trained on.
+
+    Args:
+        env: The world. If it is one of the zoo's tasks, its held-out teams are among them.
+        runs: Of that world, compared with nobody: of each side that evolved, six champions.
+    """
+    found: Opponents = {role: [] for role in ROLES}
+    tasks = {name for name, task in TASKS.items() if world_of(task) == world_of(env)}
+    for team in known_teams().values():
+        if team.held_out and team.task in tasks:
+            found[team.role].append(load_team(team.name).as_teams(1))
+    for run in runs:
+        for role in run.champions:
+            found[role].append(run.entrants(role, run.sample(PANEL)))
+    return found
+
+
+def scripts() -> Opponents:
+    """Return all scripts of both sides."""
+    return {role: [ScriptedTeams(script) for script in SCRIPTS[role]] for role in ROLES}
+
+
+def caught_by_each(
+    role: Role, mine: Teams, opponents: Sequence[Teams], evaluator: FusedEvaluator, *, n_episodes: int = EPISODES
+) -> np.ndarray:
+    """Let the teams of a side meet all opponents.
+
+    Args:
+        role: Their side.
+        mine: The teams.
+        opponents: Teams of the other side.
+        evaluator: Of the world that they meet in.
+        n_episodes: Of each meeting.
+
+    Returns:
+        Shares of prey caught, float64: a row for each team of the side, a column for each opponent.
+    """
+
+    def caught(theirs: Teams) -> np.ndarray:
+        if role == "predators":
+            return cross_play(mine, theirs, evaluator, n_episodes=n_episodes).caught
+        return cross_play(theirs, mine, evaluator, n_episodes=n_episodes).caught.T
+
+    return np.concatenate([caught(theirs) for theirs in opponents], axis=1)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run, measured."""
+
+    generations: np.ndarray
+    """Those that met the panels, int ``(G,)``."""
+    curves: dict[str, np.ndarray]
+    """Mean result of each of them by side and panel, ``predators_held_out`` for example: float64 ``(G,)``, higher is
+    better. Only of sides that evolved, and of panels that somebody is in."""
+    caught: np.ndarray
+    """Share of prey caught, champion against champion, float64 ``(n_generations,)``."""
+    values: Values
+    """See :func:`measures`."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Runs that differ in nothing but their seeds, measured."""
+
+    name: str
+    runs: Sequence[Measured]
+
+    def known(self, measure: str) -> np.ndarray:
+        """Return a measure of the runs in which it is known, float64 ``(n,)``."""
+        values = np.array([run.values[measure] for run in self.runs], np.float64)
+        return values[~np.isnan(values)]
+
+
+def measures() -> list[str]:
+    """Return the names of all measures of a run, in the order in which they are told.
+
+    Against panels they are shares of prey caught for predators, of prey not caught for prey. ``caught`` is champion
+    against champion, in the last third of the run. The signal of selection is the mean over the run.
+    """
+    panels = [name_of(role, panel, kind) for panel in (HELD_OUT, SCRIPTED) for role in ROLES for kind in KINDS]
+    return [*panels, "caught", *(f"{role}_signal" for role in ROLES)]
+
+
+def measure(
+    history: History,
+    panels: Mapping[str, Opponents],
+    evaluator: FusedEvaluator,
+    *,
+    n_generations: int = GENERATIONS,
+    n_episodes: int = EPISODES,
+) -> Measured:
+    """Measure the champions of generations evenly spread over a run.
+
+    Args:
+        history: The run.
+        panels: Opponents by the name of their panel.
+        evaluator: Of its world.
+        n_generations: How many are sampled, at least three.
+        n_episodes: Of each meeting.
+
+    Returns:
+        The measures. The signal of selection is nan, as a history does not know it.
+    """
+    generations = history.sample(n_generations)
+    if len(generations) < LEAST:
+        raise ValueError(f"progress takes at least {LEAST} generations, got {len(generations)}")
+    values, curves = dict.fromkeys(measures(), float("nan")), {}
+    for role in history.champions:
+        mine = history.entrants(role, generations)
+        for panel, opponents in panels.items():
+            if not opponents[other_team(role)]:
+                continue
+            caught = caught_by_each(role, mine, opponents[other_team(role)], evaluator, n_episodes=n_episodes)
+            results = caught if role == "predators" else 1 - caught
+            whole, late = progress(results), progress(results[len(results) // 2 :])
+            curves[f"{role}_{panel}"] = whole.curve
+            for kind, value in zip(KINDS, (whole.level, whole.strength, late.strength), strict=True):
+                values[name_of(role, panel, kind)] = value
+    in_loop = history.curves["caught"]
+    values["caught"] = float(in_loop[-max(1, len(in_loop) // 3) :].mean())
+    return Measured(generations, curves, in_loop, values)
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """A condition against the baseline, in one measure."""
+
+    condition: str
+    measure: str
+    difference: float
+    """Of the means, where there are too few seeds for more; else Hodges & Lehmann's."""
+    comparison: Comparison | None
+    """None where either has fewer seeds than :data:`~esp_trainer.analysis.inference.MIN_SEEDS`."""
+    p: float | None = None
+    """Holm's, over all contrasts that are told together."""
+
+
+def contrasts(conditions: Sequence[Condition], baseline: Condition, names: Sequence[str]) -> list[Contrast]:
+    """Compare every other condition with the baseline, in each of the named measures that both have."""
+    found: list[Contrast] = []
+    for condition in conditions:
+        if condition is baseline:
+            continue
+        for name in names:
+            mine, its = condition.known(name), baseline.known(name)
+            if min(len(mine), len(its)) >= MIN_SEEDS:
+                compared = compare(mine, its)
+                found.append(Contrast(condition.name, name, compared.difference, compared))
+            elif len(mine) and len(its):
+                found.append(Contrast(condition.name, name, float(mine.mean() - its.mean()), None))
+    return _corrected(found)
+
+
+def _corrected(found: Sequence[Contrast]) -> list[Contrast]:
+    corrected = iter(holm([each.comparison.p for each in found if each.comparison]).tolist())
+    return [
+        Contrast(each.condition, each.measure, each.difference, each.comparison, next(corrected))
+        if each.comparison
+        else each
+        for each in found
+    ]

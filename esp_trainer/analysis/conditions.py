@@ -1,0 +1,101 @@
+"""Conditions: runs that differ in nothing but their seeds, what tells them apart, and whether their teams can meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from esp_trainer.analysis.pooling import MAY_DIFFER
+from esp_trainer.config import RunConfig
+from esp_trainer.types import ROLES
+from predprey_env.config import EnvConfig
+from predprey_env.settings import flat
+
+_PAYOFF = {"closeness", "credit", "prey_fitness", "reward"}
+"""Fields of a world that say what is earned in it. Teams that were paid in different ways can still meet."""
+
+_Fields = dict[str, Any]
+
+
+def world_of(env: EnvConfig) -> _Fields:
+    """Return the fields of a world that decide who can meet in it and who is caught."""
+    return env.model_dump(exclude=_PAYOFF)
+
+
+def check_same_world(runs: Sequence[tuple[Path, RunConfig]]) -> None:
+    """Raise :class:`ValueError` unless teams of all runs can meet: of one world, whatever is earned in it."""
+    (first_path, first), *others = runs
+    wanted = world_of(first.env)
+    for path, config in others:
+        for name, value in world_of(config.env).items():
+            if value != wanted[name]:
+                raise ValueError(
+                    f"runs must be of one world, so that their teams can meet, got {first_path} with "
+                    f"env.{name}={wanted[name]} and {path} with env.{name}={value}"
+                )
+
+
+def conditions(configs: Sequence[RunConfig]) -> dict[str, list[int]]:
+    """Group runs by condition.
+
+    Args:
+        configs: Of the runs.
+
+    Returns:
+        Name of each condition, in the order in which they first appear -> indices of its runs.
+    """
+    fields = [_comparable(config) for config in configs]
+    distinct = [each for i, each in enumerate(fields) if each not in fields[:i]]
+    members = [[i for i, each in enumerate(fields) if each == condition] for condition in distinct]
+    # Runs of a condition may come from presets of different names: the first one's counts.
+    names = _names([configs[indices[0]].preset for indices in members], _with_sides_merged(distinct))
+    return dict(zip(names, members, strict=True))
+
+
+def _comparable(config: RunConfig) -> _Fields:
+    return flat(config.model_dump(exclude=MAY_DIFFER))
+
+
+def _with_sides_merged(fields: Sequence[_Fields]) -> list[_Fields]:
+    """Return the fields with those that both sides share in every condition only once, without the side's name."""
+
+    def merged(name: str) -> str:
+        side, _, leaf = name.partition(".")
+        alike = side in ROLES and all(each[f"predators.{leaf}"] == each[f"prey.{leaf}"] for each in fields)
+        return leaf if alike else name
+
+    return [{merged(name): value for name, value in each.items()} for each in fields]
+
+
+def _names(presets: Sequence[str], fields: Sequence[_Fields]) -> list[str]:
+    """Return the shortest of: preset, the fields that differ, or preset and the fields that differ within one."""
+    if len(set(presets)) == len(presets):
+        return list(presets)
+    apart = _differing(fields)
+    within = {
+        name
+        for preset in presets
+        for name in _differing([f for p, f in zip(presets, fields, strict=True) if p == preset])
+    }
+    by_fields = [_in_words(each, apart) for each in fields]
+    by_both = [
+        ", ".join([preset, _in_words(each, [name for name in apart if name in within])])
+        for preset, each in zip(presets, fields, strict=True)
+    ]
+    return min(by_fields, by_both, key=lambda names: sum(map(len, names)))
+
+
+def _differing(fields: Sequence[_Fields]) -> list[str]:
+    """Return the names of the fields that are not the same in all conditions, in the order of the config."""
+    first = fields[0]
+    return [name for name in first if any(each[name] != first[name] for each in fields)]
+
+
+def _in_words(fields: _Fields, names: Iterable[str]) -> str:
+    return ", ".join(f"{name}={_value(fields[name])}" for name in names)
+
+
+def _value(value: Any) -> str:
+    """Return a value as one would write it in a sweep's file, 0.0 as 0."""
+    return str(value).lower() if isinstance(value, bool) else str(value).removesuffix(".0")
