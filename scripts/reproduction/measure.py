@@ -13,12 +13,11 @@ from tqdm import tqdm
 
 from esp_trainer import RunConfig
 from esp_trainer.analysis.best_response import best_response
-from esp_trainer.analysis.cross_play import cross_play, own_cross_play
+from esp_trainer.analysis.comparison import caught_by_each, scripts
+from esp_trainer.analysis.cross_play import own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import Role, ScriptedTeams, Teams
-from predprey_env.policies import SCRIPTS
 from predprey_env.policies.names import other_team
 from reproduction.arms import Arm, world_of
 from reproduction.evolve import history_file
@@ -110,28 +109,22 @@ def _against_panel(panel: list[Path], history: History, evaluator: FusedEvaluato
     """Shares of prey caught, ``(GENERATIONS, n_panel)`` for predators of the run and for its prey."""
     generations, found = history.sample(GENERATIONS), {}
     for role in history.champions:
-        columns = []
-        for member in map(History.load, panel):
-            opponents = member.entrants(other_team(role), len(member) * np.arange(1, PANEL + 1) // PANEL - 1)
-            columns.append(_caught(role, history.entrants(role, generations), opponents, evaluator))
-        found[f"panel.{role}"] = np.concatenate(columns, axis=1).astype(np.float32)
+        opponents = [
+            member.entrants(other_team(role), len(member) * np.arange(1, PANEL + 1) // PANEL - 1)
+            for member in map(History.load, panel)
+        ]
+        caught = caught_by_each(role, history.entrants(role, generations), opponents, evaluator)
+        found[f"panel.{role}"] = caught.astype(np.float32)
     return found
 
 
 def _against_scripts(history: History, evaluator: FusedEvaluator) -> Measured:
     generations, found = history.sample(GENERATIONS), {}
     for role in history.champions:
-        mine = history.entrants(role, generations)
-        columns = [_caught(role, mine, ScriptedTeams(script), evaluator) for script in SCRIPTS[other_team(role)]]
-        found[f"scripts.{role}"] = np.concatenate(columns, axis=1).astype(np.float32)
+        opponents = scripts()[other_team(role)]
+        caught = caught_by_each(role, history.entrants(role, generations), opponents, evaluator)
+        found[f"scripts.{role}"] = caught.astype(np.float32)
     return found
-
-
-def _caught(role: Role, mine: Teams, theirs: Teams, evaluator: FusedEvaluator) -> np.ndarray:
-    """Shares of prey caught: a row for each of mine, a column for each of theirs."""
-    if role == "predators":
-        return cross_play(mine, theirs, evaluator).caught
-    return cross_play(theirs, mine, evaluator).caught.T
 
 
 def _behaviours(history: History, evaluator: FusedEvaluator) -> Measured:
