@@ -6,9 +6,11 @@ in viridis, which prints in grey.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -66,6 +68,21 @@ def save(figure: Figure, path: Path, data: Table) -> None:
     write_table(path.with_suffix(".csv"), [data, *cells])
 
 
+def as_svg(figure: Figure, name: str) -> str:
+    """Return the figure as an SVG element for a page, its text as text and its ground transparent.
+
+    Args:
+        figure: What is drawn.
+        name: Begins the ids in it, which must be unique on the page.
+    """
+    picture = BytesIO()
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    with matplotlib.rc_context({**_STYLE, "svg.fonttype": "none"}):
+        figure.savefig(picture, format="svg", transparent=True, metadata=nothing)
+    text = picture.getvalue().decode()
+    return re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text[text.index("<svg") :])
+
+
 def smooth(values: np.ndarray, window: int) -> np.ndarray:
     """Running mean over the last axis, over as many values as there are at the ends."""
     window = min(window, values.shape[-1])
@@ -74,6 +91,11 @@ def smooth(values: np.ndarray, window: int) -> np.ndarray:
     ones = np.ones(window)
     weights = np.convolve(np.ones(values.shape[-1]), ones, "same")
     return np.apply_along_axis(lambda row: np.convolve(row, ones, "same") / weights, -1, values)
+
+
+def dash_of(number: int) -> Any:
+    """Return the dash of a curve by its number. Where colours begin again, another goes with each."""
+    return _DASHES[(number + number // len(COLOURS)) % len(_DASHES)]
 
 
 def curve(
@@ -91,7 +113,7 @@ def curve(
     """
     mean, low, high = interval_of_curves(smooth(runs, window))
     colour = colour or COLOURS[number % len(COLOURS)]
-    axes.plot(x, mean, color=colour, linestyle=_DASHES[number % len(_DASHES)], label=label)
+    axes.plot(x, mean, color=colour, linestyle=dash_of(number), label=label)
     if len(runs) < MIN_SEEDS:
         return {f"{label}": mean}
     axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import errno
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,9 @@ from esp_trainer.analysis.plots import (
     COLOURS,
     PREDATORS,
     PREY,
+    as_svg,
     curve,
+    dash_of,
     legend,
     matrix,
     panels,
@@ -248,3 +251,27 @@ def test_predators_and_prey_can_be_told_apart():
     rows = [tuple(int(value) for value in row) for row in zip(*data.values(), strict=True)]
     assert rows == [(step, agent, *cells[step, agent]) for step in range(5) for agent in range(3)]
     assert len(figure.axes) == 1
+
+
+def test_no_two_curves_have_the_same_colour_and_dash():
+    styles = {(COLOURS[number % len(COLOURS)], str(dash_of(number))) for number in range(49)}
+    assert len(styles) == 49
+    assert [dash_of(number) for number in range(3)] == ["-", "--", "-."]
+
+
+def test_figures_stand_in_a_page_with_ids_of_their_own_and_text_that_is_text():
+    drawn = []
+    for name in ("a", "b"):
+        figure, (axes,) = panels(1)
+        curve(axes, np.arange(5), np.random.default_rng(0).random((3, 5)), "x")
+        axes.set_title("the title")
+        drawn.append(as_svg(figure, name))
+    ids = [set(re.findall(r'\bid="([^"]+)"', svg)) for svg in drawn]
+    assert all(each.startswith("a-") for each in ids[0])
+    assert not ids[0] & ids[1]
+    for svg, known in zip(drawn, ids, strict=True):
+        assert svg.startswith("<svg ")
+        assert svg.rstrip().endswith("</svg>")
+        assert "the title</text>" in svg
+        assert set(re.findall(r"url\(#([^)]+)\)", svg)) | set(re.findall(r'href="#([^"]+)"', svg)) <= known
+    assert drawn[0].replace("a-", "b-") == drawn[1].replace("a-", "b-")
