@@ -1,0 +1,179 @@
+"""The page of a comparison: figures by Matplotlib as SVG in one HTML file that holds no script and needs no network.
+
+Colours are variables of the page's style sheet, which has a light and a dark palette.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.metadata import version
+from importlib.resources import files
+from string import Template
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from esp_trainer.analysis import plots
+from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, name_of
+from esp_trainer.analysis.inference import summary
+from esp_trainer.report.comparison_tables import Table
+from esp_trainer.types import ROLES, Role
+
+_WINDOW = 15  # generations that success is smoothed over, as on the page of a run
+_INCHES = 4.0  # so that 9 points can be read on a phone, where a figure is 300 pixels wide
+_LEVEL = "Lines: mean over seeds, from three seeds on with its 95% interval. Dots: the last sixth of each seed."
+_PANELS = {
+    HELD_OUT: ("Level against held-out opponents", f"Opponents that nobody here trained on. {_LEVEL}"),
+    SCRIPTED: ("Level against scripts", f"All scripts of the other side. {_LEVEL}"),
+}
+_ABOUT_SUCCESS = (
+    f"It moves with the opponent, so it cannot say who became better. Lines: means over {_WINDOW} generations. Dots: "
+    "the last third of each seed."
+)
+_ABOUT_SIGNAL = (
+    "Share of the differences between neurons that is not sampling noise, mean over the run. At 0 selection is a "
+    "lottery."
+)
+_RESULTS: dict[Role, str] = {"predators": "share of prey caught", "prey": "share of prey not caught"}
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """What a chart shows by generation, and the dot plot below it in the end."""
+
+    title: str
+    axis: str
+    curves: Callable[[Condition], tuple[np.ndarray, list[np.ndarray]]] | None
+    """Generations, and a curve for each run; None if only the end is known."""
+    measure: str
+
+
+def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]) -> str:
+    """Return the page as HTML.
+
+    Args:
+        title: What is compared.
+        conditions: In the order of their colours.
+        tables: To stand below the figures.
+        notes: What else the reader must know.
+    """
+    place = files(__package__) / "assets"
+    n_runs = sum(len(condition.runs) for condition in conditions)
+    return Template((place / "comparison.html").read_text("utf-8")).substitute(
+        title=escape(title),
+        subtitle=f"{len(conditions)} condition{'s' * (len(conditions) > 1)}, {n_runs} run{'s' * (n_runs > 1)}",
+        legend="\n".join(f"<li>{_swatch(i)} {escape(each.name)}</li>" for i, each in enumerate(conditions)),
+        notes="\n".join(f"<li>{escape(note)}</li>" for note in notes),
+        sections="\n".join(_sections(conditions)),
+        tables="\n".join(map(_table, tables)),
+        version=escape(f"predprey-esp {version('predprey-esp')}"),
+        style=(place / "comparison.css").read_text("utf-8"),
+    )
+
+
+def _told() -> list[tuple[str, str, list[_Measure]]]:
+    """Return title, explanation and measures of each section."""
+    success = _Measure("Both sides", "share of prey caught", _success, "caught")
+    signals = [_Measure(role.capitalize(), "share", None, f"{role}_signal") for role in ROLES]
+    return [
+        *((title, words, [_against(role, panel) for role in ROLES]) for panel, (title, words) in _PANELS.items()),
+        ("Success, champion against champion", _ABOUT_SUCCESS, [success]),
+        ("What selection sees", _ABOUT_SIGNAL, signals),
+    ]
+
+
+def _sections(conditions: Sequence[Condition]) -> list[str]:
+    """Return a section of figures for each measure that is known of any condition."""
+    sections = []
+    for title, words, measures in _told():
+        known = [each for each in measures if any(len(condition.known(each.measure)) for condition in conditions)]
+        if known:
+            figures = "\n".join(_figures(each, conditions, title) for each in known)
+            head = f'<h2>{title}</h2>\n<p class="hint">{words}</p>'
+            sections.append(f'<section>\n{head}\n<div class="charts">\n{figures}\n</div>\n</section>')
+    return sections
+
+
+def _against(role: Role, panel: str) -> _Measure:
+    def curves(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
+        name = f"{role}_{panel}"
+        return condition.runs[0].generations, [run.curves[name] for run in condition.runs if name in run.curves]
+
+    return _Measure(role.capitalize(), _RESULTS[role], curves, name_of(role, panel, "level"))
+
+
+def _success(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
+    known = [run.caught for run in condition.runs if not np.isnan(run.caught).any()]
+    return np.arange(len(condition.runs[0].caught)), known
+
+
+def _figures(measure: _Measure, conditions: Sequence[Condition], title: str) -> str:
+    """Return the chart by generation and the dot plot of a measure."""
+    said = "; ".join(f"{each.name} {summary(each.known(measure.measure))}" for each in conditions)
+    drawn = []
+    if measure.curves:
+        figure, (axes,) = plots.panels(1, width=_INCHES, height=2.6)
+        for number, condition in enumerate(conditions):
+            x, curves = measure.curves(condition)
+            if curves:
+                window = _WINDOW if measure.measure == "caught" else 1
+                plots.curve(axes, x, np.stack(curves), condition.name, number, window=window)
+        axes.set(xlabel="generation", ylabel=measure.axis)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        words = f"{title}: {measure.title}, {measure.axis} by generation. In the end: {said}"
+        drawn.append(_svg(figure, f"{measure.measure}-curves", words))
+    figure, (axes,) = plots.panels(1, width=_INCHES, height=0.6 + 0.42 * len(conditions))
+    _dots(axes, measure, conditions)
+    words = f"{title}: {measure.title}, {measure.axis} of each seed in the end: {said}"
+    drawn.append(_svg(figure, f"{measure.measure}-dots", words))
+    return f"<figure><figcaption>{measure.title}</figcaption>{''.join(drawn)}</figure>"
+
+
+def _dots(axes: Axes, measure: _Measure, conditions: Sequence[Condition]) -> None:
+    """Draw a row for each condition: a dot for each seed and a bar at their mean, below the name."""
+    for row, condition in enumerate(conditions):
+        values, colour = condition.known(measure.measure), plots.COLOURS[row % len(plots.COLOURS)]
+        axes.plot(values, np.full(len(values), row), "o", color=colour, alpha=0.75, markersize=5)
+        if len(values):
+            axes.plot([values.mean()] * 2, [row - 0.18, row + 0.18], color=colour, linewidth=2)
+        name = textwrap.shorten(condition.name, 56, placeholder=" ...")
+        axes.text(0, row - 0.28, name, transform=axes.get_yaxis_transform(), fontsize=8, parse_math=False)
+    axes.set(xlabel=measure.axis, yticks=[], ylim=(len(conditions) - 0.6, -0.75))
+    axes.spines["left"].set_visible(False)
+    axes.margins(x=0.06)
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _swatch(number: int) -> str:
+    """Return a piece of a condition's curve, for the legend."""
+    figure, (axes,) = plots.panels(1, width=0.5, height=0.2)
+    axes.plot([0, 1], [0, 0], color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.dash_of(number), lw=2)
+    axes.axis("off")
+    return _svg(figure, f"swatch-{number}", "")
+
+
+def _svg(figure: Figure, name: str, words: str) -> str:
+    """Return a figure with what is read out of it in words; one that says nothing is passed over."""
+    said = f'role="img" aria-label="{escape(words)}"' if words else 'aria-hidden="true"'
+    svg = plots.as_svg(figure, name).replace("<svg", f"<svg {said}", 1)
+    for number, colour in enumerate(plots.COLOURS):
+        svg = svg.replace(colour, "currentColor" if colour == "#000000" else f"var(--c{number})")
+    return svg
+
+
+def _table(table: Table) -> str:
+    """Return a table as HTML."""
+    heads = "".join(f'<th scope="col">{escape(head)}</th>' for head in table.heads)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(name)}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in cells)}</tr>\n'
+        for name, *cells in table.rows
+    )
+    return (
+        f'<h3>{escape(table.caption)}</h3>\n<div class="table"><table aria-label="{escape(table.caption)}">\n'
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>"
+    )

@@ -1,0 +1,124 @@
+"""What conditions come to, as tables that stand on a terminal as well as on a page, and what must be said of them."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import comb
+
+from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, Contrast, contrasts, name_of
+from esp_trainer.analysis.inference import MIN_SEEDS, summary
+from esp_trainer.types import ROLES, Role
+
+_IN_WORDS = {
+    f"{role}_{panel}_{kind}": f"{words}, {whom}"
+    for role in ROLES
+    for panel, whom in ((HELD_OUT, "held-out"), (SCRIPTED, "scripts"))
+    for kind, words in (("level", "level"), ("progress", "progress"), ("late_progress", "2nd-half progress"))
+}
+_WIDTH = 120
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text below their heads. The first column holds names, which may be long."""
+
+    heads: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+    caption: str = ""
+
+
+def shown(conditions: Sequence[Condition], role: Role) -> list[str]:
+    """Return the main measures of a side: of none if it evolved nowhere, against scripts if there is nobody else."""
+    known = [panel for panel in (HELD_OUT, SCRIPTED) if _is_known(conditions, name_of(role, panel, "level"))]
+    if not known:
+        return []
+    first = [name_of(role, known[0], kind) for kind in ("level", "late_progress")]
+    return [*first, *(name_of(role, panel, "level") for panel in known[1:])]
+
+
+def _is_known(conditions: Sequence[Condition], measure: str) -> bool:
+    return any(len(condition.known(measure)) for condition in conditions)
+
+
+def tables(conditions: Sequence[Condition], baseline: Condition) -> list[Table]:
+    """Return the means of each side, and what every other condition differs in from the baseline."""
+    names = {role: shown(conditions, role) for role in ROLES}
+    found = [_means(conditions, role, measures) for role, measures in names.items() if measures]
+    compared = contrasts(conditions, baseline, [name for measures in names.values() for name in measures])
+    return found + [
+        _differences([each for each in compared if each.condition == condition.name], condition, baseline)
+        for condition in conditions
+        if condition is not baseline
+    ]
+
+
+def _means(conditions: Sequence[Condition], role: Role, measures: Sequence[str]) -> Table:
+    """Return a table with a row for each condition."""
+    result = "prey caught" if role == "predators" else "prey not caught"
+    rows: list[tuple[str, ...]] = [
+        (each.name, str(len(each.runs)), *(summary(each.known(measure)) for measure in measures)) for each in conditions
+    ]
+    heads = (role, "seeds", *(_IN_WORDS[measure] for measure in measures))
+    return Table(heads, rows, f"{role}, share of {result}: mean over seeds [95% interval]")
+
+
+def _differences(found: Sequence[Contrast], condition: Condition, baseline: Condition) -> Table:
+    """Return a table with a row for each measure."""
+    rows = []
+    for each in found:
+        role, _, _ = each.measure.partition("_")
+        first, compared = f"{role}, {_IN_WORDS[each.measure]}", each.comparison
+        if compared is None:
+            rows.append((first, f"{each.difference:+.3f}", "-", "-"))
+        else:
+            difference = f"{compared.difference:+.3f} [{compared.low:+.3f}, {compared.high:+.3f}]"
+            rows.append((first, difference, f"{compared.effect:+.2f}", f"{each.p:.2g}"))
+    heads = ("measure", "difference", "Cliff's delta", "p (Holm)")
+    return Table(heads, rows, f"{condition.name} against {baseline.name}")
+
+
+def on_terminal(table: Table) -> list[str]:
+    """Return a table as lines of at most 120 columns. A name that is too long for its column stands above its row."""
+    columns = [max(len(cell) for cell in column) + 3 for column in zip(*table.rows, table.heads, strict=True)][1:]
+    room = _WIDTH - sum(columns)
+    width = min(room, max(len(row[0]) for row in [table.heads, *table.rows]))
+    lines = textwrap.wrap(table.caption, _WIDTH)
+    for name, *cells in [table.heads, *table.rows]:
+        above = textwrap.wrap(name, _WIDTH, break_on_hyphens=False) if len(name) > width else []
+        rest = "".join(f"{cell:>{column}}" for cell, column in zip(cells, columns, strict=True))
+        lines += [*above, f"{'' if above else name:{width}}{rest}".rstrip()]
+    return lines
+
+
+def notes_on(conditions: Sequence[Condition], baseline: Condition) -> list[str]:
+    """Return what a reader must know of the tables: which panel is missing, and what so few seeds cannot say."""
+    found = []
+    if not any(_is_known(conditions, name_of(role, HELD_OUT, "level")) for role in ROLES):
+        found.append(
+            "There are no held-out opponents: the zoo has no team for this world, and no run was given by --panel. "
+            "Progress is against scripts."
+        )
+    lengths = [len(each.runs[0].caught) for each in conditions]
+    if min(lengths) < max(lengths):
+        found.append(f"The conditions have {min(lengths)} to {max(lengths)} generations: each is measured to its end.")
+    few = [each.name for each in conditions if len(each.runs) < MIN_SEEDS]
+    if few:
+        found.append(
+            f"Of fewer than {MIN_SEEDS} seeds only means are told, without intervals and tests: {'; '.join(few)}."
+        )
+    return [*found, *_powerless(conditions, baseline)]
+
+
+def _powerless(conditions: Sequence[Condition], baseline: Condition) -> Iterable[str]:
+    """Yield a note if no difference could have been found: all seeds of one above all of the other are not enough."""
+    n = len(baseline.runs)
+    tested = [len(each.runs) for each in conditions if each is not baseline and min(len(each.runs), n) >= MIN_SEEDS]
+    n_measures = sum(len(shown(conditions, role)) for role in ROLES)
+    least = min((2 / comb(m + n, n) for m in tested), default=0.0) * len(tested) * n_measures
+    if least > 0.05:
+        yield (
+            f"With so few seeds no p can be below 0.05: corrected over {len(tested) * n_measures} differences, the "
+            f"least possible is {min(1, least):.2g}."
+        )
