@@ -55,6 +55,7 @@ def test_commands_of_the_readme_exist() -> None:
         "analyse",
         "behaviours",
         "report",
+        "compare",
         "watch",
         "exploitability",
         "solve",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import reduce
 from pathlib import Path
@@ -19,8 +20,10 @@ MAY_DIFFER = {"preset", "seed", *NO_MATTER}  # the preset is only a name
 
 def check_directories(runs: Sequence[Path]) -> None:
     """Raise :class:`ValueError` if a directory is given twice."""
-    if len({run.resolve() for run in runs}) < len(runs):
-        raise ValueError(f"runs must be different ones, got {', '.join(map(str, runs))}")
+    times = Counter(run.resolve() for run in runs)
+    twice = [str(run) for run in runs if times[run.resolve()] > 1]
+    if twice:
+        raise ValueError(f"runs must be different ones, got {', '.join(twice)}")
 
 
 def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:

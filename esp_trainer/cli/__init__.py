@@ -92,7 +92,7 @@ def _train(options: argparse.Namespace, fields: list[str]) -> int:
 
 def _analyse(options: argparse.Namespace) -> int:
     """What needs SciPy and Matplotlib, which take a second to import."""
-    from esp_trainer.cli import analysis, behaviours, benchmark, exact, report, watch
+    from esp_trainer.cli import analysis, behaviours, benchmark, compare, exact, report, watch
     from esp_trainer.report.measure import Settings
 
     if options.command == "benchmark":
@@ -106,6 +106,9 @@ def _analyse(options: argparse.Namespace) -> int:
         return watch.watch(options.run, options.fps)
     if options.command == "report":
         return report.report(options.runs, options.out, Settings(options.generations, options.episodes))
+    if options.command == "compare":
+        how = compare.Settings(options.generations, options.episodes, options.against)
+        return compare.compare(options.runs, options.panel, options.out, options.csv, how)
     if options.command == "behaviours":
         return behaviours.behaviours(options.runs, options.generations, options.episodes, options.csv)
     return analysis.analyse(options.runs, options.generations, options.episodes, options.figures)

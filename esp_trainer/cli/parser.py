@@ -51,6 +51,11 @@ policy that draws its actions says their chances by a method
   chances(observations) -> {agent: [chance of each action]}
 """
 )
+_COMPARE = """\
+Runs that differ in nothing but their seeds are a condition. Its name is its preset or, if conditions share one, the
+fields in which they differ. All runs must be of one world. Their champions meet the same opponents: the held-out teams
+of the zoo, if it has that world, and champions of --panel, on which nobody trained; and all scripts.
+"""
 _DRAWN = "draw the actions of sb3: and torch: by their chances"
 
 
@@ -182,8 +187,21 @@ def _add_analysis(command: _Command) -> None:
     behaviours.add_argument("--csv", type=Path, metavar="FILE", help="write the rates of every generation there")
     report = command("report", "make a page of runs that one can open in a browser: the story, charts, and any match")
     report.add_argument("--out", type=Path, metavar="FILE", help="by default report.html beside what it is about")
-    for each, generations, episodes in ((analyse, 46, 64), (behaviours, 24, 128), (report, 46, 64)):
-        each.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="a directory that train made")
+    compare = command("compare", "put conditions side by side, each of several seeds", _COMPARE)
+    compare.add_argument("--out", type=Path, metavar="FILE", help="by default compare.html beside what it is about")
+    compare.add_argument("--csv", type=Path, metavar="FILE", help="write every measure of each run there")
+    compare.add_argument(
+        "--panel", nargs="+", type=Path, default=[], metavar="RUN", help="runs whose champions are opponents of all"
+    )
+    compare.add_argument("--against", metavar="NAME", help="the condition to compare with; by default the first")
+    for each, generations, episodes in (
+        (analyse, 46, 64),
+        (behaviours, 24, 128),
+        (report, 46, 64),
+        (compare, 24, 64),
+    ):
+        which = "a directory that train made" + (", or one of runs, a sweep's for example" if each is compare else "")
+        each.add_argument("runs", nargs="+", type=Path, metavar="RUN", help=which)
         each.add_argument("--generations", type=_positive, default=generations, metavar="N", help="to sample")
         each.add_argument("--episodes", type=_positive, default=episodes, metavar="N", help="of each meeting")
 

@@ -18,7 +18,7 @@ from esp_trainer.report.source import Source, cut, read
 def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
     """Write the page of what is whole of some runs, and say on it what is missing."""
     check_directories(runs)
-    sources, notes = _read(runs)
+    sources, notes = read_all(runs)
     check_same_config([(source.path, source.config) for source in sources])
     if len({source.name for source in sources}) < len(sources):
         sources = [replace(source, name=str(source.path)) for source in sources]
@@ -26,8 +26,7 @@ def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
     champions = note_on_champions(histories) if histories else None
     notes += filter(None, [note_on_lengths([len(source) for source in sources]), champions])
     sources = cut(sources)
-    place = out or (runs[0] if len(runs) == 1 else Path(os.path.commonpath([run.parent.resolve() for run in runs])))
-    place = place / "report.html" if place.is_dir() else place
+    place = place_of_page(runs, out, "report.html")
     check_place(place)
     write_page(sources, place, settings, say, notes)
     for line in [*notes, *(f"{source.name}: {line}" for source in sources for line in source.missing)]:
@@ -36,8 +35,14 @@ def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
     return 0
 
 
-def _read(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
-    """The runs that can be shown, and a line for each that cannot; if none can, the first one's error."""
+def place_of_page(runs: Sequence[Path], out: Path | None, name: str) -> Path:
+    """Return the file for a page about some runs: what the user says, or that name beside what it is about."""
+    place = out or (runs[0] if len(runs) == 1 else Path(os.path.commonpath([run.parent.resolve() for run in runs])))
+    return place / name if place.is_dir() else place
+
+
+def read_all(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
+    """Return the runs that can be shown, and a note on each that cannot; if none can, raise the first one's error."""
     sources: list[Source] = []
     errors: list[OSError | ValueError] = []
     for run in runs:

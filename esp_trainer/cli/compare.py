@@ -1,0 +1,189 @@
+"""``compare``: conditions side by side, each of several seeds, on the terminal and as a page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis.comparison import (
+    HELD_OUT,
+    LEAST,
+    SCRIPTED,
+    Condition,
+    Measured,
+    Opponents,
+    held_out_opponents,
+    measure,
+    measures,
+    scripts,
+)
+from esp_trainer.analysis.conditions import check_same_world, conditions
+from esp_trainer.analysis.history import History
+from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_champions, note_on_lengths
+from esp_trainer.cli.analysis import say
+from esp_trainer.cli.report import place_of_page, read_all
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import check_place, write_table, write_text
+from esp_trainer.report.comparison import page
+from esp_trainer.report.comparison_tables import notes_on, on_terminal, tables
+from esp_trainer.report.source import SPREADS, Source, cut
+from esp_trainer.run.directory import RunDirectory
+from esp_trainer.teams.zoo import unknown
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How much is played, and what with whom is compared."""
+
+    generations: int
+    """Of each run, that meet the panels."""
+    episodes: int
+    """Of each meeting."""
+    against: str | None = None
+    """The condition that the others are compared with; by default the first."""
+
+
+def compare(runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: Path | None, settings: Settings) -> int:
+    """Measure all runs against the same opponents, print what the conditions come to, and write the page."""
+    sources, others, notes = _read(runs_in(runs), runs_in(panel))
+    by_condition, more = _by_condition(sources, settings)
+    baseline = _baseline(list(by_condition), settings.against)
+    place = place_of_page(runs, out, "compare.html")
+    _check_places(place, csv)
+    env = sources[0].config.env
+    panels = {HELD_OUT: held_out_opponents(env, others), SCRIPTED: scripts()}
+    measured = _measure(by_condition, panels, FusedEvaluator(env), settings)
+    against = next(each for each in measured if each.name == baseline)
+    found = tables(measured, against)
+    notes += [*more, *notes_on(measured, against)]
+    title = "Comparison of " + (runs[0].resolve().name if len(runs) == 1 else f"{len(sources)} runs")
+    html = page(title, measured, found, notes)
+    if csv:
+        _write(csv, by_condition, measured)
+    write_text(place, html)
+    print("\n\n".join("\n".join(on_terminal(table)) for table in found))
+    for note in notes:
+        say(f"note: {note}")
+    print(f"open {place} in a browser ({place.stat().st_size / 1e6:.1f} MB)")
+    return 0
+
+
+def runs_in(places: Sequence[Path]) -> list[Path]:
+    """Return the runs that are meant: a directory that holds no run, but runs in it, stands for all of these."""
+    found = []
+    for place in places:
+        inside = (
+            [] if _is_run(place) or not place.is_dir() else sorted(filter(_is_run, place.iterdir()), key=_by_numbers)
+        )
+        found += inside or [place]
+    return found
+
+
+def _is_run(place: Path) -> bool:
+    return RunDirectory(place).config_file.exists()
+
+
+def _by_numbers(path: Path) -> list[tuple[float, str]]:
+    """Return a key by which seed 10 comes after seed 9."""
+    parts = re.findall(r"(\d+(?:\.\d+)?)|(\D+)", path.name)
+    return [(float(number) if number else -1.0, text) for number, text in parts]
+
+
+def _check_places(place: Path, csv: Path | None) -> None:
+    if csv:
+        if csv.resolve() == place.resolve():
+            raise ValueError(f"--csv and --out must be different files, got {csv}")
+        check_place(csv)
+    check_place(place)
+
+
+def _read(runs: Sequence[Path], panel: Sequence[Path]) -> tuple[list[Source], list[History], list[str]]:
+    """Return the runs that are whole, those of the panel, and a note on each run that is left out.
+
+    Raises :class:`ValueError` unless all are of one world.
+    """
+    check_directories([*runs, *panel])
+    sources, notes = _finished(runs)
+    others = [History.of_run(path) for path in panel]
+    configs = [(source.path, source.config) for source in sources]
+    check_same_world([*configs, *((path, other.config) for path, other in zip(panel, others, strict=True))])
+    return sources, others, notes
+
+
+def _finished(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
+    """Return the runs that are whole, and a note on each that is not; if none is, raise the first note."""
+    sources, notes = read_all(runs)
+    whole = []
+    for source in sources:
+        if not source.history:
+            notes.append(f"Left out: {'; '.join([f'{source.path} has no champions', *source.missing])}.")
+        elif len(source) < source.config.generations:
+            so_far = f"{source.path} has {len(source)} of its {source.config.generations} generations"
+            notes.append(f"Left out: {'; '.join([so_far, *source.missing])}.")
+        else:
+            whole.append(source)
+    if not whole:
+        raise ValueError(f"no run is whole: {notes[0].removeprefix('Left out: ').rstrip('.')}")
+    return whole, notes
+
+
+def _by_condition(sources: Sequence[Source], settings: Settings) -> tuple[dict[str, list[Source]], list[str]]:
+    """Return the runs of each condition, cut to the same generations, and notes on what was cut."""
+    found, notes = {}, []
+    for name, indices in conditions([source.config for source in sources]).items():
+        runs = [sources[i] for i in indices]
+        check_same_config([(run.path, run.config) for run in runs])
+        histories = [run.history for run in runs if run.history]
+        said = [note_on_lengths([len(run) for run in runs]), note_on_champions(histories)]
+        notes += [f"{name}: {note}" for note in said if note]
+        found[name] = cut(runs)
+        sampled = len(_history(found[name][0]).sample(settings.generations))
+        if sampled < LEAST:
+            raise ValueError(f"progress takes at least {LEAST} generations, got {sampled} of {name}")
+    return found, notes
+
+
+def _history(source: Source) -> History:
+    assert source.history  # runs without one are left out
+    return source.history
+
+
+def _baseline(names: Sequence[str], wanted: str | None) -> str:
+    if wanted is None:
+        return names[0]
+    if wanted not in names:
+        raise ValueError(unknown("condition", wanted, names))
+    return wanted
+
+
+def _measure(
+    by_condition: dict[str, list[Source]], panels: dict[str, Opponents], evaluator: FusedEvaluator, settings: Settings
+) -> list[Condition]:
+    def measured(source: Source) -> Measured:
+        say(f"playing {source.path} ...")
+        n_generations, n_episodes = settings.generations, settings.episodes
+        found = measure(_history(source), panels, evaluator, n_generations=n_generations, n_episodes=n_episodes)
+        return replace(found, values=found.values | _signals(source))
+
+    return [Condition(name, [measured(source) for source in sources]) for name, sources in by_condition.items()]
+
+
+def _signals(source: Source) -> dict[str, float]:
+    """Return the mean signal of each side's selection over the run, of the generations that tell it."""
+    column = SPREADS.index("signal")
+    told = {role: spreads[:, column][~np.isnan(spreads[:, column])] for role, spreads in source.spreads.items()}
+    return {f"{role}_signal": float(values.mean()) for role, values in told.items() if len(values)}
+
+
+def _write(file: Path, by_condition: dict[str, list[Source]], measured: Sequence[Condition]) -> None:
+    """Write a line for each run; what is not known of it is left empty."""
+    lines: list[list[object]] = [["run", "condition", "seed", "generations", *measures()]]
+    for condition in measured:
+        for source, run in zip(by_condition[condition.name], condition.runs, strict=True):
+            values = [f"{run.values[name]:.6g}" if not np.isnan(run.values[name]) else "" for name in measures()]
+            lines.append([source.path, condition.name, source.config.seed, len(source), *values])
+    write_table(file, lines)
