@@ -213,6 +213,8 @@ def _tell(results: Sequence[Result], out: Path) -> None:
     cells = dict.fromkeys(result.run.cell for result in results if result.whole)
     if cells:
         print(f"next:\n  esp-trainer report {quoted(out / next(iter(cells)))}-seed*")
+    if len(cells) > 1:
+        print(f"  esp-trainer compare {quoted(out)}")
 
 
 def _say(line: str) -> None:

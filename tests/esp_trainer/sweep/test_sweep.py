@@ -88,6 +88,7 @@ def test_every_run_has_the_bytes_of_a_single_one(
         expected = single(name, 6, tmp_path / "single")
         assert snapshot(tmp_path / "out" / name) == snapshot(expected)
     assert [line.split()[:2] for line in output.splitlines()[1:3]] == [[cell, "2/2"] for cell in CELLS]
+    assert output.splitlines()[-1] == f"  esp-trainer compare {tmp_path / 'out'}"
     assert error.splitlines()[0] == f"4 runs in {tmp_path / 'out'}"
     assert sum("6 generations, " in line for line in error.splitlines()) == 4
     assert (tmp_path / "out/sweep.toml").read_bytes() == declared().read_bytes()
