@@ -25,7 +25,7 @@ class Table:
     """Rows of text below their heads. The first column holds names, which may be long."""
 
     heads: tuple[str, ...]
-    rows: list[tuple[str, ...]]
+    rows: Sequence[tuple[str, ...]]
     caption: str = ""
 
 
@@ -57,7 +57,7 @@ def tables(conditions: Sequence[Condition], baseline: Condition) -> list[Table]:
 def _means(conditions: Sequence[Condition], role: Role, measures: Sequence[str]) -> Table:
     """Return a table with a row for each condition."""
     result = "prey caught" if role == "predators" else "prey not caught"
-    rows: list[tuple[str, ...]] = [
+    rows = [
         (each.name, str(len(each.runs)), *(summary(each.known(measure)) for measure in measures)) for each in conditions
     ]
     heads = (role, "seeds", *(_IN_WORDS[measure] for measure in measures))
