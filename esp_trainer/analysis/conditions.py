@@ -36,11 +36,12 @@ def check_same_world(runs: Sequence[tuple[Path, RunConfig]]) -> None:
                 )
 
 
-def conditions(configs: Sequence[RunConfig]) -> dict[str, list[int]]:
+def conditions(configs: Sequence[RunConfig], given: Sequence[str | None] | None = None) -> dict[str, list[int]]:
     """Group runs by condition.
 
     Args:
         configs: Of the runs.
+        given: The name that each run's condition was given, if it was. They count if all conditions have one.
 
     Returns:
         Name of each condition, in the order in which they first appear -> indices of its runs.
@@ -48,9 +49,17 @@ def conditions(configs: Sequence[RunConfig]) -> dict[str, list[int]]:
     fields = [_comparable(config) for config in configs]
     distinct = [each for i, each in enumerate(fields) if each not in fields[:i]]
     members = [[i for i, each in enumerate(fields) if each == condition] for condition in distinct]
+    if given and (named := _given_names([{given[i] for i in indices} for indices in members])):
+        return dict(zip(named, members, strict=True))
     # Runs of a condition may come from presets of different names: the first one's counts.
     names = _names([configs[indices[0]].preset for indices in members], _with_sides_merged(distinct))
     return dict(zip(names, members, strict=True))
+
+
+def _given_names(names: Sequence[set[str | None]]) -> list[str] | None:
+    """Return the name of each condition; None unless each has just one, and all are different."""
+    single = [name for each in names if len(each) == 1 and (name := next(iter(each))) is not None]
+    return single if len(set(single)) == len(names) else None
 
 
 def _comparable(config: RunConfig) -> _Fields:

@@ -32,6 +32,7 @@ from esp_trainer.report.comparison import page
 from esp_trainer.report.comparison_tables import notes_on, on_terminal, tables
 from esp_trainer.report.source import SPREADS, Source, cut
 from esp_trainer.run.directory import RunDirectory
+from esp_trainer.sweep.plan import read_plan
 from esp_trainer.teams.zoo import unknown
 
 
@@ -49,8 +50,9 @@ class Settings:
 
 def compare(runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: Path | None, settings: Settings) -> int:
     """Measure all runs against the same opponents, print what the conditions come to, and write the page."""
-    sources, others, notes = _read(runs_in(runs), runs_in(panel))
-    by_condition, more = _by_condition(sources, settings)
+    named = runs_in(runs)
+    sources, others, notes = _read(list(named), list(runs_in(panel)))
+    by_condition, more = _by_condition(sources, [named[source.path] for source in sources], settings)
     baseline = _baseline(list(by_condition), settings.against)
     place = place_of_page(runs, out, "compare.html")
     _check_places(place, csv)
@@ -72,15 +74,30 @@ def compare(runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: 
     return 0
 
 
-def runs_in(places: Sequence[Path]) -> list[Path]:
-    """Return the runs that are meant: a directory that holds no run, but runs in it, stands for all of these."""
-    found = []
+def runs_in(places: Sequence[Path]) -> dict[Path, str | None]:
+    """Return the runs that are meant, and the name of each one's condition if its sweep gave it one.
+
+    A directory that holds no run, but runs in it, stands for all of these: in the order of the sweep's file if it is a
+    sweep's directory, else by name.
+
+    Raises :class:`ValueError` if a run is given twice.
+    """
+    found: list[tuple[Path, str | None]] = []
     for place in places:
-        inside = (
-            [] if _is_run(place) or not place.is_dir() else sorted(filter(_is_run, place.iterdir()), key=_by_numbers)
-        )
-        found += inside or [place]
-    return found
+        inside = _inside(place) if place.is_dir() and not _is_run(place) else []
+        found += inside or [(place, None)]
+    check_directories([path for path, _ in found])
+    return dict(found)
+
+
+def _inside(place: Path) -> list[tuple[Path, str | None]]:
+    paths = sorted(filter(_is_run, place.iterdir()), key=_by_numbers)
+    file = place / "sweep.toml"
+    planned = {run.name: run for run in read_plan(file)} if file.exists() else {}
+    order = {name: i for i, name in enumerate(planned)}
+    paths.sort(key=lambda path: order.get(path.name, len(order)))
+    names = {name: run.cell for name, run in planned.items() if run.named}
+    return [(path, names.get(path.name)) for path in paths]
 
 
 def _is_run(place: Path) -> bool:
@@ -131,10 +148,12 @@ def _finished(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
     return whole, notes
 
 
-def _by_condition(sources: Sequence[Source], settings: Settings) -> tuple[dict[str, list[Source]], list[str]]:
+def _by_condition(
+    sources: Sequence[Source], given: Sequence[str | None], settings: Settings
+) -> tuple[dict[str, list[Source]], list[str]]:
     """Return the runs of each condition, cut to the same generations, and notes on what was cut."""
     found, notes = {}, []
-    for name, indices in conditions([source.config for source in sources]).items():
+    for name, indices in conditions([source.config for source in sources], given).items():
         runs = [sources[i] for i in indices]
         check_same_config([(run.path, run.config) for run in runs])
         histories = [run.history for run in runs if run.history]

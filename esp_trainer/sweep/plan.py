@@ -41,6 +41,8 @@ class PlannedRun:
     """The condition that it shares with the other seeds: its name, or its preset and its values of the fields that are
     given as lists."""
     config: RunConfig
+    named: bool = False
+    """Whether the condition has a name of its own."""
 
     @property
     def name(self) -> str:
@@ -115,7 +117,7 @@ def _named_conditions(
     for name, own in conditions.items():
         fields = {**common, **own}
         config = preset(fields.pop("preset", presets[0])).with_fields(fields)
-        runs += [PlannedRun(name, config.replace(seed=seed)) for seed in seeds]
+        runs += [PlannedRun(name, config.replace(seed=seed), named=True) for seed in seeds]
     return runs
 
 

@@ -72,3 +72,12 @@ def test_worlds_in_which_teams_cannot_meet_are_refused() -> None:
     ) as error:
         check_same_world(runs)
     assert str(error.value).endswith("got a with env.size=12 and c with env.size=14")
+
+
+def test_names_that_a_sweep_gave_count_if_each_condition_has_one() -> None:
+    runs = [SMOKE, SMOKE.replace(seed=1), SMOKE.with_fields({"esp.past_share": 0.5})]
+    assert conditions(runs, ["a", "a", "b"]) == {"a": [0, 1], "b": [2]}
+    fields = {"esp.past_share=0": [0, 1], "esp.past_share=0.5": [2]}
+    assert conditions(runs, ["a", "a", None]) == fields
+    assert conditions(runs, ["a", "c", "b"]) == fields
+    assert conditions(runs, ["a", "a", "a"]) == fields

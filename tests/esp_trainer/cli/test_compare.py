@@ -20,6 +20,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.progress import progress
 from esp_trainer.cli import main
+from esp_trainer.cli.compare import runs_in
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import ScriptedTeams
 from predprey_env.policies import SCRIPTS
@@ -303,3 +304,17 @@ def test_what_cannot_be_compared_is_refused_in_one_line_and_nothing_is_written(
     assert says.format(place=place) in refusal
     assert not list(tmp_path.iterdir())
     assert contents(place) == before
+
+
+def test_the_runs_of_a_sweep_are_in_its_order_with_the_names_of_its_conditions(both: Path) -> None:
+    """A run that the file does not name comes last."""
+    conditions = "[conditions.pool]\nesp.past_share = 0.5\n[conditions.alone]\n"
+    (both / "sweep.toml").write_text(f'preset = "smoke"\nseeds = [1, 0]\n{conditions}')
+    for name in ("past-0-0", "past-0-1", "past-0.5-0"):
+        share, seed = ("alone", "pool")["0.5" in name], name[-1]
+        (both / name).rename(both / f"{share}-seed{seed}")
+    found = {path.name: name for path, name in runs_in([both]).items()}
+    assert found == {"pool-seed0": "pool", "alone-seed1": "alone", "alone-seed0": "alone"} | dict.fromkeys(
+        ["past-0-2", "past-0.5-1", "past-0.5-2"]
+    )
+    assert list(found)[:3] == ["pool-seed0", "alone-seed1", "alone-seed0"]
