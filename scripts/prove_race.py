@@ -1,0 +1,121 @@
+"""Does the race go on? The runs of ``docs/race-protocol.md``, from nothing to ``docs/race.md``.
+
+Each task has a sweep of conditions and one of held-out opponents, ``race/*.toml``. The script does the runs that are
+missing, measures them, keeps the measurements of each condition that is complete, and writes the page. It can be
+stopped at any moment and started again. The whole takes many hours on two cores; ``--quick`` does all of it in small,
+to see that it works (its figures mean nothing).
+
+    python scripts/prove_race.py                          # into docs/
+    python scripts/prove_race.py --only race paper        # these conditions first
+    python scripts/prove_race.py --report                 # only the page again, from the measurements that are kept
+    python scripts/prove_race.py --quick                  # into runs/race-quick
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it too
+
+from race import report
+from race.measure import gather, measure_all
+
+from esp_trainer.cores import cores
+from esp_trainer.sweep.local import LocalPool
+from esp_trainer.sweep.plan import PlannedRun, read_plan
+from esp_trainer.sweep.pool import Work
+from esp_trainer.sweep.results import is_whole
+
+PLACE = Path(__file__).parent / "race"
+TASKS = ("3v1", "3v2")
+_WAIT = 1.0  # seconds between looks at the runs
+
+
+def main() -> None:
+    """Do what is still to do."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+    parser.add_argument("--report", action="store_true", help="run nothing")
+    parser.add_argument("--tasks", nargs="+", choices=TASKS, default=TASKS)
+    parser.add_argument("--only", nargs="+", metavar="CONDITION", help="only these conditions")
+    parser.add_argument("--seeds", type=int, metavar="N", help="only the first seeds of each condition")
+    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/race, or runs/race-quick")
+    parser.add_argument("--out", type=Path, help="where the page goes; by default docs, or runs/race-quick")
+    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+    options = parser.parse_args()
+    options.runs = options.runs or Path("runs/race-quick" if options.quick else "runs/race")
+    options.out = options.out or Path("runs/race-quick" if options.quick else "docs")
+    kept = options.out / "race" / "data"
+    for task in options.tasks:
+        panel, runs = (_plan(f"{kind}-{task}", options.quick) for kind in ("panel", "conditions"))
+        if not options.report:
+            if options.only:
+                runs = [run for run in runs if run.cell in options.only]
+            if options.seeds:
+                runs = [run for run in runs if _rank(run, runs) < options.seeds]
+            _do(options.runs / task, panel, runs, kept / task, options.workers)
+    report.write(kept, options.out)
+
+
+def _plan(name: str, quick: bool) -> list[PlannedRun]:
+    plan = read_plan(PLACE / f"{name}.toml")
+    if not quick:
+        return plan
+    small = [run for run in plan if _rank(run, plan) < 3]
+    return [replace(run, config=run.config.with_fields(_SMALL)) for run in small]
+
+
+_SMALL = {
+    "generations": 9,
+    "env.size": 16,
+    "env.max_cycles": 30,
+    "esp.subpopulation_size": 20,
+    "esp.n_trials": 60,
+    "esp.hof_mates": 0,
+    "champion.n_candidates": 4,
+    "champion.n_past": 0,
+    "champion.n_held_out": 32,
+}
+
+
+def _rank(run: PlannedRun, plan: list[PlannedRun]) -> int:
+    """Return the place of a run's seed among those of its condition."""
+    return [each.config.seed for each in plan if each.cell == run.cell].index(run.config.seed)
+
+
+def _do(place: Path, panel: list[PlannedRun], runs: list[PlannedRun], kept: Path, workers: int) -> None:
+    """Run and measure one condition after the other, so that what is there can be read early."""
+    _evolve(place / "panel", panel, workers)
+    opponents = [place / "panel" / run.name for run in panel]
+    for condition in dict.fromkeys(run.cell for run in runs):
+        own = [run for run in runs if run.cell == condition]
+        _evolve(place, own, workers)
+        measure_all(place, own, opponents, workers)
+        gather(place, own, kept)
+
+
+def _evolve(place: Path, runs: list[PlannedRun], workers: int) -> None:
+    """Do the runs that are not whole, as ``esp-trainer sweep`` does."""
+    todo = [run for run in runs if not is_whole(place / run.name, run)]
+    if not todo:
+        return
+    place.mkdir(parents=True, exist_ok=True)
+    pool = LocalPool([Work(place / run.name, run.config) for run in todo], workers)
+    try:
+        left = len(todo)
+        while left:
+            for path, reason in pool.outcomes(_WAIT):
+                left -= 1
+                print(f"{path.name}: {reason or 'done'}; {left} left", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        pool.stop()
+        raise
+    finally:
+        pool.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""What is measured of a run, from its champions alone: everything is against opponents that stand still."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from esp_trainer.analysis.best_response import best_response
+from esp_trainer.analysis.comparison import Opponents, caught_by_each, held_out_opponents, scripts
+from esp_trainer.analysis.cross_play import PANEL, own_cross_play
+from esp_trainer.analysis.history import History
+from esp_trainer.analysis.watch import watch
+from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.report.source import SPREADS, read
+from esp_trainer.sweep.plan import PlannedRun
+from predprey_env.policies.names import other_team
+
+GENERATIONS = 24
+"""Generations of a run that meet the panels and each other, and are watched for behaviours, evenly spread."""
+RESPONSES = 3
+"""Generations of a run that fresh evolution meets: the last of each third."""
+RESPONSE_GENERATIONS = 60
+_RESPONSE_SEED = 3000
+PER_RUN = PANEL
+"""Champions of each run of the panel."""
+
+Arrays = dict[str, np.ndarray]
+
+
+def measured_file(place: Path, run: PlannedRun) -> Path:
+    """Return where the measurements of a run are kept."""
+    return place / "measured" / f"{run.name}.npz"
+
+
+def is_measured(place: Path, run: PlannedRun) -> bool:
+    """Return whether a run of this very config has been measured."""
+    file = measured_file(place, run)
+    if not file.exists():
+        return False
+    with np.load(file) as arrays:
+        return str(arrays["config"]) == run.config.model_dump_json()
+
+
+def measure_all(place: Path, runs: Sequence[PlannedRun], panel: Sequence[Path], workers: int) -> None:
+    """Measure the runs that have not been measured yet, each in a process of its own."""
+    todo = [run for run in runs if not is_measured(place, run)]
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        jobs = [pool.submit(_measure_run, place, run, panel) for run in todo]
+        for job in tqdm(as_completed(jobs), total=len(jobs), unit="run", desc="measuring"):
+            job.result()
+
+
+def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
+    source = read(place / run.name)
+    history = source.history
+    if history is None or len(history) < run.config.generations:
+        raise ValueError(f"{place / run.name} is not whole: {'; '.join(source.missing)}")
+    evaluator = FusedEvaluator(history.config.env, threads=1)
+    generations = history.sample(GENERATIONS)
+    found: Arrays = {"config": np.array(run.config.model_dump_json()), "generations": generations}
+    found |= {"caught": history.curves["caught"].astype(np.float32)}
+    for role, spreads in source.spreads.items():
+        found |= {f"{name}.{role}": spreads[:, i].astype(np.float32) for i, name in enumerate(SPREADS)}
+    panels = {
+        "panel": _members(panel),
+        "held_out": held_out_opponents(history.config.env),
+        "scripts": scripts(),
+    }
+    for role in history.champions:
+        mine = history.entrants(role, generations)
+        for name, opponents in panels.items():
+            if theirs := opponents[other_team(role)]:
+                found[f"{name}.{role}"] = caught_by_each(role, mine, theirs, evaluator).astype(np.float32)
+    if len(history.champions) == len(panels["scripts"]):
+        found["own"] = own_cross_play(history, evaluator, n_generations=GENERATIONS).caught.astype(np.float32)
+        found |= _behaviours(history, evaluator, generations)
+        found |= _responses(history, evaluator)
+    file = measured_file(place, run)
+    file.parent.mkdir(exist_ok=True)
+    beside = file.with_suffix(".part")
+    with beside.open("wb") as stream:
+        np.savez_compressed(stream, **found)
+    beside.replace(file)
+
+
+def _members(panel: Sequence[Path]) -> Opponents:
+    """Return the champions of the panel's runs, :data:`PER_RUN` of each."""
+    found: Opponents = {"predators": [], "prey": []}
+    for path in panel:
+        member = History.of_run(path)
+        for role in member.champions:
+            found[role].append(member.entrants(role, member.sample(PER_RUN)))
+    return found
+
+
+def _behaviours(history: History, evaluator: FusedEvaluator, generations: np.ndarray) -> Arrays:
+    """Return rates and null rates of every behaviour in champion against champion, ``(GENERATIONS, 2)`` each."""
+    rates = watch(history, evaluator, generations)
+    return {f"behaviour.{name}": np.array([(r.rate, r.null) for r in row], np.float32) for name, row in rates.items()}
+
+
+def _responses(history: History, evaluator: FusedEvaluator) -> Arrays:
+    """Return what fresh evolution takes from either side's champions of several generations: prey caught by their
+    contemporaries and by the best response, ``(RESPONSES, 2)`` for the side that evolves anew.
+    """
+    kept = history.kept
+    frozen = kept[np.searchsorted(kept, len(history) * np.arange(1, RESPONSES + 1) // RESPONSES - 1)]
+    found: Arrays = {"response.generations": frozen}
+    for role in history.champions:
+        answers = [
+            best_response(
+                history,
+                role,
+                evaluator,
+                generation=int(generation),
+                n_generations=RESPONSE_GENERATIONS,
+                seed=_RESPONSE_SEED + history.config.seed,
+            )
+            for generation in frozen
+        ]
+        found[f"response.{role}"] = np.array([(each.before, each.after) for each in answers])
+    return found
+
+
+def gather(place: Path, runs: Sequence[PlannedRun], kept: Path) -> None:
+    """Keep the measurements of each condition whose runs are all measured in one file, a seed a row."""
+    for condition in dict.fromkeys(run.cell for run in runs):
+        own = [run for run in runs if run.cell == condition]
+        if not all(is_measured(place, run) for run in own):
+            continue
+        each = [dict(np.load(measured_file(place, run))) for run in own]
+        arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
+        kept.mkdir(parents=True, exist_ok=True)
+        with (kept / f"{condition}.npz").open("wb") as stream:
+            np.savez_compressed(stream, **arrays)
+
+
+def seeds_of(arrays: Arrays) -> list[int]:
+    """Return the seeds that a condition's measurements are of."""
+    return [json.loads(str(config))["seed"] for config in arrays["config"]]

@@ -1,0 +1,158 @@
+"""``docs/race.md``: what the measurements say, as Markdown. Every number in it is made here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis import plots
+from esp_trainer.analysis.inference import holm, summary
+from esp_trainer.types import ROLES, Role
+from race import endpoints
+from race.measure import Arrays
+from race.text import HEAD, METHOD, TASK_TITLES
+
+Task = dict[str, Arrays]
+"""The measurements of each condition."""
+
+TRACKED = {
+    "3v1": ("role switch", "blocker", "opposing attack", "encirclement", "baiting", "sidestepping"),
+    "3v2": ("role switch", "blocker", "opposing attack", "herding", "simultaneous capture", "scattering"),
+}
+FIRST = ("race", "paper", "bias", "pool", "bias-pool")
+"""Conditions that figures show, in this order; tables show all."""
+
+
+def write(kept: Path, out: Path) -> None:
+    """Write the page and its figures from what is kept."""
+    tasks = {task: _load(kept / task) for task in TRACKED if (kept / task).is_dir()}
+    tasks = {task: found for task, found in tasks.items() if found}
+    if not tasks:
+        raise SystemExit(f"there is nothing to report on in {kept}")
+    parts = [HEAD.format(runs=sum(len(a["config"]) for found in tasks.values() for a in found.values()))]
+    for task, found in tasks.items():
+        _draw(task, found, kept.parent)
+        parts += [_of_task(task, found)]
+    parts.append(METHOD)
+    (out / "race.md").write_text("\n\n".join(parts) + "\n")
+    print(f"{out / 'race.md'}: {', '.join(f'{task} {len(found)} conditions' for task, found in tasks.items())}")
+
+
+def _load(place: Path) -> Task:
+    found = {}
+    for file in place.glob("*.npz"):
+        with np.load(file) as arrays:
+            found[file.stem] = dict(arrays)
+    order = {name: i for i, name in enumerate(FIRST)}
+    return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
+
+
+def _of_task(task: str, found: Task) -> str:
+    return "\n\n".join(
+        [
+            f"## {TASK_TITLES[task]}",
+            f"![Level by generation](race/level-{task}.png)",
+            "Levels at the end of the run, mean over seeds [95% interval].",
+            _table(found, _LEVELS),
+            "Gains against the panel: the last sixth of the generations less the first.",
+            _table(found, _GAINS),
+            _lesser(found),
+            f"![Fresh evolution against frozen champions](race/exploited-{task}.png)",
+            "What fresh evolution reaches against the champions of the first, the middle and the last third.",
+            _table(found, _EXPLOITED),
+            "Behaviours, rate beyond chance, mean over the generations.",
+            _table(found, {name: _behaviour(name) for name in TRACKED[task]}),
+        ]
+    )
+
+
+Column = Callable[[Arrays], str]
+
+
+def _level(role: Role, panel: str) -> Column:
+    return lambda arrays: summary(endpoints.level(arrays, role, panel)) if f"{panel}.{role}" in arrays else "-"
+
+
+def _gain(role: Role, *, half: bool) -> Column:
+    return lambda arrays: str(endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)))
+
+
+def _exploited(role: Role) -> Column:
+    def column(arrays: Arrays) -> str:
+        by_third = endpoints.exploited(arrays, role)
+        return " -> ".join(f"{value:.2f}" for value in by_third.mean(axis=0))
+
+    return column
+
+
+def _behaviour(name: str) -> Column:
+    return lambda arrays: summary(endpoints.behaviour(arrays, name)) if f"behaviour.{name}" in arrays else "-"
+
+
+_LEVELS = {
+    "seeds": lambda arrays: str(len(arrays["config"])),
+    "predators, panel": _level("predators", "panel"),
+    "prey, panel": _level("prey", "panel"),
+    "predators, zoo": _level("predators", "held_out"),
+    "prey, zoo": _level("prey", "held_out"),
+    "predators, scripts": _level("predators", "scripts"),
+    "prey, scripts": _level("prey", "scripts"),
+}
+_GAINS = {f"{role}{', 2nd half' * half}": _gain(role, half=half) for half in (False, True) for role in ROLES}
+_EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
+
+
+def _table(found: Task, columns: dict[str, Column]) -> str:
+    lines = ["| condition | " + " | ".join(columns) + " |", "| --- |" + " --- |" * len(columns)]
+    for name, arrays in found.items():
+        lines.append(f"| `{name}` | " + " | ".join(column(arrays) for column in columns.values()) + " |")
+    return "\n".join(lines)
+
+
+def _lesser(found: Task) -> str:
+    """Return a table of the lesser side's gain, tested against runs that are read backwards."""
+    rows = []
+    for half in (False, True):
+        for arrays in found.values():
+            both = [endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES]
+            rows.append(endpoints.lesser_gain(*both))
+    corrected = holm([p for _, p in rows])
+    lines = [
+        "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table).",
+        "",
+        "| condition | whole run | p | 2nd half | p |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for i, name in enumerate(found):
+        j = i + len(found)
+        cells = f"{rows[i][0]:+.3f} | {corrected[i]:.2g} | {rows[j][0]:+.3f} | {corrected[j]:.2g}"
+        lines.append(f"| `{name}` | {cells} |")
+    return "\n".join(lines)
+
+
+def _draw(task: str, found: Task, place: Path) -> None:
+    shown = {name: found[name] for name in FIRST if name in found} or found
+    figure, axes = plots.panels(2, width=4.6, columns=2)
+    data: dict[str, np.ndarray] = {}
+    for panel, role in zip(axes, ROLES, strict=True):
+        for number, (name, arrays) in enumerate(shown.items()):
+            curves = endpoints.results(arrays, role, "panel").mean(axis=2)
+            drawn = plots.curve(panel, arrays["generations"][0], curves, name, number)
+            data |= {"generation": arrays["generations"][0]} | {f"{role}, {name}: {k}": v for k, v in drawn.items()}
+        panel.set(title=role, xlabel="generation", ylabel="against the panel", ylim=(0, 1))
+        plots.legend(panel)
+    plots.save(figure, place / f"level-{task}.png", data)
+
+    figure, axes = plots.panels(2, width=4.6, columns=2)
+    data = {}
+    for panel, role in zip(axes, ROLES, strict=True):
+        for number, (name, arrays) in enumerate(shown.items()):
+            found_by_third = endpoints.exploited(arrays, role)
+            drawn = plots.curve(panel, arrays["response.generations"][0], found_by_third, name, number)
+            data |= {"generation": arrays["response.generations"][0]}
+            data |= {f"{role}, {name}: {k}": v for k, v in drawn.items()}
+        panel.set(title=f"fresh {role}", xlabel="generation of the frozen side", ylabel="reached", ylim=(0, 1))
+        plots.legend(panel)
+    plots.save(figure, place / f"exploited-{task}.png", data)

@@ -1,0 +1,24 @@
+"""The words of ``docs/race.md`` that do not depend on the measurements."""
+
+HEAD = """# Does the race go on?
+
+`python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests were fixed
+before the runs, in [the protocol](race-protocol.md); what is planned there and missing here has not been run
+yet. Every figure is measured against opponents that stand still. The *panel* is 20 runs that nobody trained on,
+10 with biases and 10 without, with six champions each. The *zoo* is the held-out teams that ship with the
+package, the *scripts* are those of the environment."""
+
+TASK_TITLES = {"3v1": "Three predators, one prey", "3v2": "Three predators, two prey"}
+
+METHOD = """## How to read the tables
+
+- **Level**: mean over the last sixth of a run's 24 sampled generations. Intervals are Student's, over seeds.
+- **Gain**: the last sixth of the sampled generations less the first, of the whole run or of its second half.
+  Intervals count both the runs and the runs of the panel as samples (pigeonhole bootstrap, Owen 2007).
+- **Lesser gain**: in each run the smaller of the two sides' gains, which is above 0 only if both improve. It is
+  tested against the same runs read backwards, since the smaller of two noisy numbers is below 0 where nothing
+  changes.
+- **Fresh evolution**: 60 generations of evolution from nothing against frozen champions, by the same settings.
+  If a race leads to better teams, later champions give less away.
+- **Behaviours**: share of the episodes, champion against contemporary champion, in which a detector fires, less
+  its rate where predators and prey come from different episodes."""

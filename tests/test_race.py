@@ -1,0 +1,66 @@
+"""The endpoints of ``scripts/prove_race.py``, by hand."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+
+from race import endpoints
+from race.report import write
+
+
+def measured(caught: list[list[list[float]]], role: str = "predators") -> dict[str, np.ndarray]:
+    """Measurements of runs by generation and opponent."""
+    return {f"panel.{role}": np.array(caught)}
+
+
+def test_a_gain_is_the_last_sixth_less_the_first_against_the_same_opponent() -> None:
+    """Six generations, two opponents."""
+    curve = [[0.1, 0.5], [0.2, 0.5], [0.3, 0.5], [0.5, 0.5], [0.6, 0.5], [0.9, 0.0]]
+    np.testing.assert_allclose(endpoints.gains(measured([curve]), "predators"), [[0.8, -0.5]])
+    np.testing.assert_allclose(endpoints.gains(measured([curve]), "predators", half=True), [[0.4, -0.5]])
+    np.testing.assert_allclose(endpoints.gains(measured([curve], "prey"), "prey"), [[-0.8, 0.5]])
+    np.testing.assert_allclose(endpoints.level(measured([curve], "prey"), "prey", "panel"), [0.55])
+
+
+def test_an_interval_counts_runs_and_panel_as_samples() -> None:
+    """With one value for each member of the panel, all of the spread is the panel's: sd / sqrt(n) to each side."""
+    members = np.random.default_rng(0).normal(0, 1, 50)
+    table = np.repeat(np.tile(members, (8, 1)), 3, axis=1)
+    found = endpoints.over_runs_and_panel(table, per_run=3)
+    assert found.mean == pytest.approx(members.mean())
+    half = 1.96 * members.std() / np.sqrt(50)
+    assert found.high - found.mean == pytest.approx(half, rel=0.1)
+    assert found.mean - found.low == pytest.approx(half, rel=0.1)
+    turned = endpoints.over_runs_and_panel(np.tile(members[:, None], (1, 6)), per_run=3)
+    assert turned.high - turned.mean == pytest.approx(half, rel=0.1)
+
+
+def test_the_lesser_gain_is_tested_against_runs_read_backwards() -> None:
+    found, p = endpoints.lesser_gain(np.full(10, 0.3), np.full(10, 0.1))
+    assert found == pytest.approx(0.1)
+    assert p == pytest.approx(2**-10, abs=0.001), "only if no run is turned"
+    noise = np.random.default_rng(1).normal(0, 1, (2, 400))
+    found, p = endpoints.lesser_gain(*noise)
+    assert found < -0.4, "below 0 where nothing changes"
+    assert p > 0.05
+
+
+def test_one_side_that_gains_what_the_other_loses_is_no_race() -> None:
+    assert endpoints.lesser_gain(np.full(10, 0.3), np.full(10, -0.3))[1] == 1.0
+
+
+def test_what_fresh_evolution_reaches_is_higher_for_a_side_that_is_more_exploited() -> None:
+    arrays = {"response.predators": np.array([[[0.1, 0.9]]]), "response.prey": np.array([[[0.4, 0.3]]])}
+    assert endpoints.exploited(arrays, "predators").tolist() == [[0.9]]
+    assert endpoints.exploited(arrays, "prey").tolist() == [[0.7]]
+
+
+def test_without_measurements_there_is_nothing_to_report(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match="nothing to report on"):
+        write(tmp_path, tmp_path)
