@@ -90,9 +90,6 @@ class EspConfig(Settings):
     prior_trials: float = Field(default=0.0, ge=0, le=1e9)
     """Trials of mean fitness that each neuron is scored with besides its own, so that few lucky trials count less."""
 
-    inheritance: float = Field(default=0.0, ge=0, le=1)
-    """How much of its parents' trials a child begins with, where `memory` keeps them."""
-
     fitness_sharing: bool = False
     """Competitive fitness sharing (Rosin & Belew 1997): what a team earns counts as its share of all that was earned
     against the same opponents, so that beating one that few beat is worth more. Here opponents are known by their

@@ -1,9 +1,9 @@
 """Estimates of what each neuron contributes to its team, from this generation's trials and, fading, from earlier ones.
 
-One generation's trials tell neurons apart only a little better than a lottery (docs/selection.md). A neuron that
-survives has been tried before, and a child has parents that were: both are kept here as sums of fitness beyond the
-mean of a generation, so that generations with other opponents can be added up. A score is the mean of such a sum,
-shrunk towards 0, the mean of all, the more the fewer trials there are behind it (James & Stein 1961).
+One generation's trials tell neurons apart only a little better than a lottery. A neuron that survives has been tried
+before: its trials are kept here as a sum of fitness beyond the mean of each generation, so that generations with other
+opponents can be added up. A score is the mean of such a sum, shrunk towards 0, the mean of all, the more the fewer
+trials there are behind it (James & Stein 1961).
 """
 
 from __future__ import annotations
@@ -42,21 +42,8 @@ class Estimates:
         np.divide(self.totals, behind, out=scores, where=behind > 0)
         return scores
 
-    def bred(self, parents: np.ndarray, mates: np.ndarray, places: np.ndarray, inheritance: float) -> Estimates:
-        """Return the estimates after breeding.
-
-        Args:
-            parents: Neurons that breed, int ``(S, n_pairs)``.
-            mates: Their mates, likewise; -1 for one that is no neuron of the subpopulation, of which nothing is known.
-            places: Neurons that the two children of each pair replace, int ``(S, 2 * n_pairs)``.
-            inheritance: What share of its parents' mean a child begins with.
-        """
-        each = np.arange(len(parents))[:, None]
-        known = mates >= 0
-        bred = []
-        for values in (self.totals, self.trials):
-            mean = (values[each, parents] + np.where(known, values[each, mates], 0.0)) / 2
-            after = values.copy()
-            after[each, places] = np.repeat(inheritance * mean, 2, axis=1)
-            bred.append(after)
-        return Estimates(*bred)
+    def without(self, replaced: np.ndarray) -> Estimates:
+        """Return the estimates after some neurons were replaced, int ``(S, n)``: nothing is known of those."""
+        known = np.ones(self.trials.shape)
+        np.put_along_axis(known, replaced, 0.0, axis=1)
+        return Estimates(self.totals * known, self.trials * known)

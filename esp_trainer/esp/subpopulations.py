@@ -130,21 +130,18 @@ class Subpopulations:
         """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""
         config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
         each = np.arange(len(ranks))[:, None]
-        parents = ranks[:, : config.n_elite]
-        drawn = operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)
-        mates, elite = parents[each, drawn], genes[each, parents]
-        mated = genes[each, mates]
+        elite = genes[each, ranks[:, : config.n_elite]]
+        mates = elite[each, operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)]
         if len(champions) and config.hof_mates:
             drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
-            mated[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
-            mates[:, -config.hof_mates :] = -1
-        children = operators.one_point_crossover(generator, elite, mated, self._used)
+            mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
+        children = operators.one_point_crossover(generator, elite, mates, self._used)
         mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
         operators.mutate(generator, children, self._used, *mutation)
         places = ranks[:, : -2 * config.n_elite - 1 : -1]
         genes[each, places] = children
         if config.memory:
-            self.estimates = self.estimates.bred(parents, mates, places, config.inheritance)
+            self.estimates = self.estimates.without(places)
 
     def spread(self) -> Spread:
         """How far apart the neurons of a subpopulation are, and how large their genes."""

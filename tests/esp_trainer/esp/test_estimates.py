@@ -26,19 +26,12 @@ def test_scores_are_means_with_trials_of_mean_fitness_besides(prior: float, scor
     assert Estimates(np.array([[4.0, 0.0, -2.0]]), np.array([[2.0, 0.0, 2.0]])).scores(prior).tolist() == scores
 
 
-def test_children_begin_with_a_share_of_their_parents_mean() -> None:
-    before = Estimates(np.array([[8.0, 4.0, 1.0, 1.0]]), np.array([[2.0, 6.0, 1.0, 1.0]]))
-    after = before.bred(np.array([[0]]), np.array([[1]]), np.array([[3, 2]]), 0.5)
-    assert after.totals.tolist() == [[8.0, 4.0, 3.0, 3.0]]
-    assert after.trials.tolist() == [[2.0, 6.0, 2.0, 2.0]]
-    assert before.totals.tolist() == [[8.0, 4.0, 1.0, 1.0]]
-
-
-def test_of_a_past_champion_as_mate_nothing_is_known() -> None:
-    before = Estimates(np.array([[8.0, 4.0, 1.0, 1.0]]), np.array([[2.0, 6.0, 1.0, 1.0]]))
-    after = before.bred(np.array([[0]]), np.array([[-1]]), np.array([[3, 2]]), 1.0)
-    assert after.totals.tolist() == [[8.0, 4.0, 4.0, 4.0]]
-    assert after.trials.tolist() == [[2.0, 6.0, 1.0, 1.0]]
+def test_nothing_is_known_of_those_that_were_replaced() -> None:
+    before = Estimates(np.array([[8.0, 4.0], [1.0, 2.0]]), np.array([[2.0, 6.0], [1.0, 3.0]]))
+    after = before.without(np.array([[1], [0]]))
+    assert after.totals.tolist() == [[8.0, 0.0], [0.0, 2.0]]
+    assert after.trials.tolist() == [[2.0, 0.0], [0.0, 3.0]]
+    assert before.totals.tolist() == [[8.0, 4.0], [1.0, 2.0]]
 
 
 def subpopulations(**esp: float) -> Subpopulations:
@@ -79,6 +72,16 @@ def test_memory_raises_the_share_of_the_scores_that_is_no_noise() -> None:
         shares.append(np.corrcoef(estimates.scores(100.0).ravel(), effects.ravel())[0, 1] ** 2)
     assert shares[0] == pytest.approx(1 / 6, abs=0.01)
     assert shares[-1] == pytest.approx(1 / 1.69, abs=0.01)
+
+
+def test_children_are_scored_by_their_own_trials() -> None:
+    population = subpopulations(memory=0.8)
+    before = population.genomes.reshape(6, 8, -1).copy()
+    generation(population, 0)
+    new = (population.genomes.reshape(6, 8, -1) != before).any(axis=2)
+    assert new.any()
+    assert not population.estimates.trials[new].any()
+    assert population.estimates.trials.sum() > 0
 
 
 def test_a_burst_forgets() -> None:

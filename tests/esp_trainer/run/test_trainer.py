@@ -44,7 +44,7 @@ VARIANTS = {
     "monolithic with bias": SMOKE.replace(prey=SMOKE.prey.replace(controller="monolithic", bias=True)),
     "argmax": SMOKE.replace(champion=SMOKE.champion.replace(method="argmax")),
     "memory, blocks and a pool": _esp(
-        **{"memory": 0.8, "prior_trials": 20, "inheritance": 0.5, "block_size": 10},
+        **{"memory": 0.8, "prior_trials": 20, "block_size": 10},
         **{"past_share": 0.5, "past_choice": "contested", "past_each_episode": True},
     ).replace(champion=SMOKE.champion.replace(n_past=3)),
     "mixed, burst, scripted prey": _esp(pairing="mixed", burst_after=2).replace(
