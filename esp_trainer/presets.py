@@ -12,8 +12,30 @@ _MONOLITHIC = SideConfig(controller="monolithic")
 _SCALED = SideConfig(input_scale=0.2)
 _DRAWN = SideConfig(output="linear", choice="drawn")
 _UNMATED = EspConfig(hof_mates=0)
+_BIASED = SideConfig(bias=True)
+_RACE = EspConfig(
+    hof_mates=0,
+    past_share=0.5,
+    past_choice="contested",
+    past_each_episode=True,
+    block_size=10,
+    memory=0.8,
+    prior_trials=100.0,
+)
+_BEST_OF_POOL = ChampionConfig(n_past=10)
 
 PRESETS: dict[str, tuple[str, RunConfig]] = {
+    "race-3v1": (
+        "recommended: three predators and one prey, a race that goes on (docs/race.md)",
+        RunConfig(
+            generations=1500,
+            env=_ONE_PREY,
+            predators=_BIASED,
+            prey=_BIASED.replace(input_scale=0.2),
+            esp=_RACE,
+            champion=_BEST_OF_POOL,
+        ),
+    ),
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
     "paper-3v1": (
         "three predators and one prey with a network for each predator (section VI.B)",
