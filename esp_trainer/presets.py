@@ -36,6 +36,16 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
             champion=_BEST_OF_POOL,
         ),
     ),
+    "race-3v2": (
+        "recommended: the same with two prey (docs/race.md)",
+        RunConfig(
+            generations=1500,
+            predators=_BIASED,
+            prey=_BIASED.replace(input_scale=0.2),
+            esp=_RACE,
+            champion=_BEST_OF_POOL,
+        ),
+    ),
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
     "paper-3v1": (
         "three predators and one prey with a network for each predator (section VI.B)",
@@ -73,7 +83,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         RunConfig(env=_ONE_PREY, prey=SideConfig(controller="combiner")),
     ),
     "modern-3v2": (
-        "the setting with the strongest race on both sides (docs/reproduction.md): no past mates, offsets times 0.2",
+        "recommended before race-3v2, levels off: no past mates, offsets times 0.2 (docs/reproduction.md)",
         RunConfig(predators=_SCALED, prey=_SCALED, esp=_UNMATED),
     ),
     "modern-3v1": (
@@ -85,7 +95,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         RunConfig(predators=_DRAWN, prey=_DRAWN),
     ),
     "drawn-3v1": (
-        "the same for a single prey: the strongest predators (docs/reproduction.md)",
+        "the same for a single prey; predators as strong as those of race-3v1, weaker prey (docs/reproduction.md)",
         RunConfig(env=_ONE_PREY, predators=_DRAWN, prey=_DRAWN),
     ),
     "fleeing-prey": (

@@ -19,6 +19,7 @@ BESIDE = ["matched-3v2", "matched-3v1", "combiner-3v2", "combiner-3v1", "fleeing
 """What takes the paper's systems apart, puts them together further, or is compared with them."""
 MODERN = ["modern-3v2", "modern-3v1"]
 DRAWN = ["drawn-3v2", "drawn-3v1"]
+RACE = ["race-3v1", "race-3v2"]
 
 
 def n_genes(name: str, role: Role) -> int:
@@ -30,7 +31,7 @@ def n_genes(name: str, role: Role) -> int:
 
 
 def test_there_is_a_preset_for_each_experiment_and_a_small_one():
-    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, *DRAWN, "smoke"])
+    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, *DRAWN, *RACE, "smoke"])
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -68,6 +69,17 @@ def test_modern_is_the_papers_setting_without_past_mates_and_with_scaled_offsets
     paper = preset(name.replace("modern", "paper"))
     sides = {role: getattr(paper, role).replace(input_scale=0.2) for role in ("predators", "prey")}
     assert preset(name) == paper.replace(preset=name, esp=paper.esp.replace(hof_mates=0), **sides)
+
+
+@pytest.mark.parametrize("name", RACE)
+def test_the_race_has_the_papers_networks_trials_and_operators_and_comes_first(name: str):
+    config, paper = preset(name), preset(name.replace("race", "paper"))
+    assert name in list(PRESETS)[:2]
+    assert "recommended" in PRESETS[name][0]
+    assert config.predators == paper.predators.replace(bias=True)
+    assert config.prey == paper.prey.replace(bias=True, input_scale=0.2)
+    kept = ("subpopulation_size", "n_trials", "n_episodes", "elite_share", "mate", "mutation_rate", "mutation_scale")
+    assert all(getattr(config.esp, field) == getattr(paper.esp, field) for field in kept)
 
 
 @pytest.mark.parametrize("name", [*PAPER, *BESIDE, *DRAWN])
@@ -168,5 +180,5 @@ def test_an_unknown_preset_is_refused_with_the_nearest_name():
 
 
 def test_an_unknown_preset_without_a_near_name_is_refused_with_all_names():
-    with pytest.raises(ValueError, match=r"^unknown preset xyz; there are paper-3v2, .*, smoke$"):
+    with pytest.raises(ValueError, match=r"^unknown preset xyz; there are race-3v1, .*, smoke$"):
         preset("xyz")
