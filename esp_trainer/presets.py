@@ -37,9 +37,10 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         ),
     ),
     "race-3v2": (
-        "recommended: the same with two prey (docs/race.md)",
+        "recommended: the same with two prey, each predator paid for its own distance to them (docs/race.md)",
         RunConfig(
             generations=1500,
+            env=EnvConfig(credit="individual"),
             predators=_BIASED,
             prey=_BIASED.replace(input_scale=0.2),
             esp=_RACE,

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+from esp_trainer import preset
+from esp_trainer.sweep.plan import read_plan
 
-from race import endpoints
-from race.report import write
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+TASKS = ["3v1", "3v2"]
+sys.path.insert(0, str(SCRIPTS))
+
+from race import endpoints  # noqa: E402
+from race.report import write  # noqa: E402
 
 
 def measured(caught: list[list[list[float]]], role: str = "predators") -> dict[str, np.ndarray]:
@@ -64,3 +71,47 @@ def test_what_fresh_evolution_reaches_is_higher_for_a_side_that_is_more_exploite
 def test_without_measurements_there_is_nothing_to_report(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="nothing to report on"):
         write(tmp_path, tmp_path)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_conditions_are_what_the_protocol_says(task: str) -> None:
+    plan = read_plan(SCRIPTS / "race" / f"conditions-{task}.toml")
+    configs = {run.cell: run.config.replace(preset="custom", seed=0) for run in plan}
+    race, paper = (preset(f"{name}-{task}").replace(preset="custom", generations=1500) for name in ("race", "paper"))
+    assert (configs["race"], configs["paper"]) == (race, paper)
+    assert {run.config.seed for run in plan if run.cell == "race"} == set(range(100, 120))
+    both = configs["bias"].replace(esp=configs["pool"].esp)
+    assert configs["bias-pool"] == both
+    assert configs["no-memory"].esp == race.esp.replace(memory=0.0, prior_trials=0.0)
+    protocol = (SCRIPTS.parent / "docs" / "race-protocol.md").read_text()
+    assert all(f"`{name}`" in protocol for name in configs)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_nobody_trains_on_the_panel(task: str) -> None:
+    panel = read_plan(SCRIPTS / "race" / f"panel-{task}.toml")
+    trained = read_plan(SCRIPTS / "race" / f"conditions-{task}.toml")
+    assert len(panel) == 20
+    assert not {run.config.seed for run in panel} & {run.config.seed for run in trained}
+    assert {run.config.prey.bias for run in panel} == {False, True}
+
+
+@pytest.mark.slow
+def test_the_whole_once_in_small(tmp_path: Path) -> None:
+    """Two runs of each condition; a second call does nothing but the page."""
+    command = [sys.executable, str(SCRIPTS / "prove_race.py"), "--quick", "--tasks", "3v1", "--only", "race", "paper"]
+    where = ["--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]
+    first = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600)
+    assert first.returncode == 0, first.stderr
+    assert first.stdout.endswith("race.md: 3v1 2 conditions\n")
+    page = (tmp_path / "out" / "race.md").read_text()
+    for name in ("race", "paper"):
+        assert f"| `{name}` | 3 |" in page
+    links = re.findall(r"!\[[^]]+\]\(([^)]+)\)", page)
+    assert len(links) == 2
+    for link in links:
+        assert (tmp_path / "out" / link).exists()
+        assert (tmp_path / "out" / link).with_suffix(".csv").exists()
+    again = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600)
+    assert "done" not in again.stderr
+    assert (tmp_path / "out" / "race.md").read_text() == page

@@ -78,6 +78,7 @@ def test_the_race_has_the_papers_networks_trials_and_operators_and_comes_first(n
     assert "recommended" in PRESETS[name][0]
     assert config.predators == paper.predators.replace(bias=True)
     assert config.prey == paper.prey.replace(bias=True, input_scale=0.2)
+    assert config.env == paper.env.replace(credit="individual" if name == "race-3v2" else "team")
     kept = ("subpopulation_size", "n_trials", "n_episodes", "elite_share", "mate", "mutation_rate", "mutation_scale")
     assert all(getattr(config.esp, field) == getattr(paper.esp, field) for field in kept)
 
