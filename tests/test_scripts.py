@@ -173,3 +173,13 @@ def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     finally:
         for cache in caches:
             cache.cache_clear()
+
+
+def test_what_selection_sees_is_a_row_for_each_way_to_score() -> None:
+    found = script("selection_signal.py", "--quick")
+    assert found.returncode == 0, found.stderr
+    rows = [line for line in found.stdout.splitlines() if line.startswith("| ")]
+    page = (SCRIPTS.parent / "docs" / "selection.md").read_text()
+    for row in rows:
+        assert row.split("|")[1] in page, "the page has this row"
+    assert len(rows) == 1 + 7
