@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -165,7 +166,7 @@ def to_json(value: Any) -> bytes:
 def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
     """Write arrays with a header of JSON values."""
     whole = {"kind": kind, "schema": SCHEMA, **header}
-    whole["digest"] = _digest(whole, arrays)
+    whole["digest"] = digest_of_arrays(arrays, whole)
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     write(path, save(contiguous, metadata={_HEADER: json.dumps(whole, allow_nan=False)}))
 
@@ -185,7 +186,7 @@ def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str
         raise DamagedFileError(f"{path} was not written by esp_trainer") from None
     except (SafetensorError, ValueError, TypeError, RecursionError) as error:
         raise DamagedFileError(f"{path} is damaged: {str(error).splitlines()[0]}") from None
-    if not isinstance(header, dict) or header.pop("digest", None) != _digest(header, arrays):
+    if not isinstance(header, dict) or header.pop("digest", None) != digest_of_arrays(arrays, header):
         raise DamagedFileError(f"{path} is damaged: its contents do not match their digest")
     if header["kind"] != kind:
         raise DamagedFileError(f"{path} must be a {kind}, but is a {header['kind']}")
@@ -202,14 +203,15 @@ def digest_of(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is no JSON")
-
-
-def _digest(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> str:
-    digest = hashlib.sha256(json.dumps(header, sort_keys=True, allow_nan=False).encode())
+def digest_of_arrays(arrays: Mapping[str, np.ndarray], header: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """SHA-256 of arrays with their names, types and shapes, and of a header of JSON values."""
+    digest = hashlib.sha256(json.dumps(dict(header), sort_keys=True, allow_nan=False).encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(array.tobytes())
     return digest.hexdigest()
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no JSON")
