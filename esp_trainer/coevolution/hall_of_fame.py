@@ -1,4 +1,4 @@
-"""The champions of past generations (section V; Rosin & Belew 1997), as many as there is room for."""
+"""The champions of past generations (section V; Rosin & Belew 1997), as many as there is room for, and guests."""
 
 from __future__ import annotations
 
@@ -28,32 +28,47 @@ def _last_is_extra(stride: int, done: int) -> bool:
 
 
 class HallOfFame:
-    """Champion teams in order of generation, never changed; :func:`kept_generations` says which generations.
+    """The pool of one side's champions that opponents meet; it is never changed.
+
+    Its members are first the guests, champions of other runs that always stay, and then the run's own champions of the
+    generations that :func:`kept_generations` names, in order. A member's place is its index among them.
 
     Args:
         champions: The champions of ``kept_generations(done, size)``, float32
             ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``; copied.
         size: The most champions that are kept, at least 2.
         done: Generations so far.
-        met: What is remembered of the last generations in which each champion was met: how often it won, and how often
-            it was met, float64 ``(n_champions, 2)``; by default nothing.
+        met: What is remembered of the last generations in which each member was met: how often it won, and how often
+            it was met, float64 ``(n_members, 2)``; by default nothing.
+        guests: Champions of other runs, float32 ``(n_guests, n_agents, n_networks, n_hidden, n_genes)``; by default
+            none.
     """
 
-    def __init__(self, champions: np.ndarray, size: int, done: int = 0, met: np.ndarray | None = None) -> None:
+    def __init__(
+        self,
+        champions: np.ndarray,
+        size: int,
+        done: int = 0,
+        met: np.ndarray | None = None,
+        guests: np.ndarray | None = None,
+    ) -> None:
         expected = len(kept_generations(done, size))
         if len(champions) != expected:
             raise ValueError(f"after {done} generations {expected} champions are kept, got {len(champions)}")
         self.champions = champions.copy()
-        """All champions that are kept; read-only."""
+        """All champions of the run's own that are kept; read-only."""
         self.champions.flags.writeable = False
-        self.met = np.zeros((expected, 2)) if met is None else met
+        self.guests = np.empty((0, *champions.shape[1:]), np.float32) if guests is None else guests
+        if self.guests.shape[1:] != champions.shape[1:]:
+            raise ValueError(f"a guest must have shape {champions.shape[1:]}, got {self.guests.shape[1:]}")
+        self.met = np.zeros((len(self), 2)) if met is None else met
         self.size = size
         self.done = done
 
     @property
     def generations(self) -> np.ndarray:
-        """The generation of each champion."""
-        return kept_generations(self.done, self.size)
+        """The generation of each member; 0 for guests."""
+        return np.append(np.zeros(len(self.guests), int), kept_generations(self.done, self.size))
 
     def with_champion(self, champion: np.ndarray) -> HallOfFame:
         """Return the hall of fame after one more generation; its champion is ``(n_agents, n_networks, n_hidden,
@@ -61,26 +76,36 @@ class HallOfFame:
         """
         if champion.shape != self.champions.shape[1:]:
             raise ValueError(f"a champion must have shape {self.champions.shape[1:]}, got {champion.shape}")
-        generations = kept_generations(self.done + 1, self.size)
-        stay = np.searchsorted(self.generations, generations[:-1])
-        champions, met = np.concatenate([self.champions[stay], champion[None]]), np.vstack([self.met[stay], [0.0, 0.0]])
-        return HallOfFame(champions, self.size, self.done + 1, met)
+        before, after = (kept_generations(done, self.size) for done in (self.done, self.done + 1))
+        stay = np.searchsorted(before, after[:-1])
+        champions = np.concatenate([self.champions[stay], champion[None]])
+        n_guests = len(self.guests)
+        met = np.vstack([self.met[:n_guests], self.met[n_guests:][stay], [0.0, 0.0]])
+        return HallOfFame(champions, self.size, self.done + 1, met, self.guests)
 
     def with_results(self, which: np.ndarray, won: np.ndarray) -> HallOfFame:
-        """Return the hall of fame after some episodes against its champions.
+        """Return the hall of fame after some episodes against its members.
 
         Args:
-            which: Places of the champions that were met, int.
+            which: Places of the members that were met, int.
             won: How far each of them won, in [0, 1], of the same shape.
         """
         n = len(self)
         new = [np.bincount(which.ravel(), weights, n) for weights in (won.ravel(), np.ones(won.size))]
-        return HallOfFame(self.champions, self.size, self.done, _REMEMBERED * self.met + np.stack(new, axis=1))
+        met = _REMEMBERED * self.met + np.stack(new, axis=1)
+        return HallOfFame(self.champions, self.size, self.done, met, self.guests)
+
+    def members(self, places: np.ndarray) -> np.ndarray:
+        """Return the genomes of the members in some places, int ``(n,)`` in ascending order."""
+        n_guests = len(self.guests)
+        own = np.searchsorted(places, n_guests)  # copies only the members that are asked for
+        return np.concatenate([self.guests[places[:own]], self.champions[places[own:] - n_guests]])
 
     @property
     def wins(self) -> np.ndarray:
-        """How often each champion wins, in (0, 1): 0.5 for one that was not met lately."""
+        """How often each member wins, in (0, 1): 0.5 for one that was not met lately."""
         return (self.met[:, 0] + 0.5) / (self.met[:, 1] + 1.0)
 
     def __len__(self) -> int:
-        return len(self.champions)
+        """Members, guests included."""
+        return len(self.guests) + len(self.champions)

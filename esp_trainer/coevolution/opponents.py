@@ -20,17 +20,17 @@ be met now and then, as what they are worth changes."""
 
 
 def uniform(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
-    """Any champion."""
+    """Any member."""
     return generator.integers(0, len(fame), shape)
 
 
 def recent(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
-    """A later champion more often, in proportion to its generation."""
+    """A later champion more often, in proportion to its generation. Guests count as generation 0."""
     return _weighted(fame.generations + 1.0, shape, generator)
 
 
 def latest(fame: HallOfFame, shape: Shape, _: np.random.Generator) -> np.ndarray:
-    """The last champion."""
+    """The last champion; before there is one, the last guest."""
     return np.full(shape, len(fame) - 1)
 
 
@@ -57,9 +57,9 @@ CHOICES: dict[str, Choice] = {
 
 
 def past_teams(controller: Controller, fame: HallOfFame, which: np.ndarray) -> EvolvedTeams:
-    """The champions in some places of a hall of fame, int ``(n_trials,)``, as the teams of a batch."""
+    """The members in some places of a hall of fame, int ``(n_trials,)``, as the teams of a batch."""
     members, positions = np.unique(which, return_inverse=True)
-    genomes = as_candidates(fame.champions[members])
+    genomes = as_candidates(fame.members(members))
     indices = np.broadcast_to(positions[:, None, None, None], (len(which), *genomes.shape[:3]))
     return EvolvedTeams(controller, genomes, indices)
 

@@ -143,3 +143,59 @@ def test_a_new_champion_was_never_met_and_those_that_stay_keep_their_results():
     fame = HallOfFame(hall(4).champions, 4, 4, met).with_champion(champion(4))
     assert fame.generations.tolist() == [0, 2, 4]
     assert fame.met.tolist() == [[1.0, 2.0], [5.0, 6.0], [0.0, 0.0]]
+
+
+# -- guests, the champions of other runs -----------------------------------------------------------------------------
+
+
+def with_guests(n: int, size: int = ROOM, met: np.ndarray | None = None) -> HallOfFame:
+    """Guests 70 and 71, and then champions 0, 1, ..."""
+    return HallOfFame(hall(n).champions, size, n, met, np.array([champion(70), champion(71)]))
+
+
+def test_guests_come_before_the_champions_and_count_as_generation_0():
+    fame = with_guests(3)
+    assert len(fame) == 5
+    assert fame.members(np.array([0, 1, 3, 4]))[:, 0, 0, 0, 0].tolist() == [70, 71, 1, 2]
+    assert fame.members(np.array([1]))[:, 0, 0, 0, 0].tolist() == [71]
+    assert fame.members(np.array([2, 4]))[:, 0, 0, 0, 0].tolist() == [0, 2]
+    assert fame.generations.tolist() == [0, 0, 0, 1, 2]
+    assert fame.champions[:, 0, 0, 0, 0].tolist() == [0, 1, 2]
+
+
+def test_guests_are_members_before_the_first_champion():
+    assert len(with_guests(0)) == 2
+    assert with_guests(0).members(np.array([0, 1]))[:, 0, 0, 0, 0].tolist() == [70, 71]
+    assert with_guests(0).done == 0
+
+
+def test_guests_stay_with_their_results_while_champions_go():
+    met = np.array([[8.0, 9.0], [6.0, 7.0], [1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]])
+    fame = with_guests(4, 4, met)
+    for number in range(4, 9):
+        fame = fame.with_champion(champion(number))
+        assert fame.members(np.array([0, 1]))[:, 0, 0, 0, 0].tolist() == [70, 71]
+        assert fame.met[:2].tolist() == [[8.0, 9.0], [6.0, 7.0]]
+    assert fame.generations.tolist() == [0, 0, 0, 4, 8]
+    assert fame.champions[:, 0, 0, 0, 0].tolist() == [0, 4, 8]
+    assert fame.met[2:].tolist() == [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]]
+
+
+def test_results_of_guests_are_remembered_as_those_of_champions():
+    fame = with_guests(1).with_results(np.array([0, 0, 2]), np.array([1.0, 0.5, 0.0]))
+    assert fame.met.tolist() == [[1.5, 2.0], [0.0, 0.0], [0.0, 1.0]]
+    fame = fame.with_results(np.array([1]), np.array([1.0]))
+    assert fame.met == pytest.approx(np.array([[1.35, 1.8], [1.0, 1.0], [0.0, 0.9]]))
+    assert fame.wins == pytest.approx([1.85 / 2.8, 1.5 / 2.0, 0.5 / 1.9])
+
+
+def test_all_halls_share_the_guests():
+    """A copy for each generation would cost as much as all of them."""
+    before = with_guests(1)
+    after = before.with_champion(champion(1)).with_results(np.array([0]), np.array([1.0]))
+    assert after.guests is before.guests
+
+
+def test_guests_of_another_shape_are_refused():
+    with pytest.raises(ValueError, match=r"^a guest must have shape \(2, 1, 3, 4\), got \(2, 1, 3, 5\)$"):
+        HallOfFame(hall(2).champions, ROOM, 2, guests=np.zeros((6, 2, 1, 3, 5), np.float32))

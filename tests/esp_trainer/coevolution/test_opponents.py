@@ -24,10 +24,15 @@ SHAPE = (2, 2, 3, 6)  # agents, networks, hidden neurons, genes
 N_DRAWN = 40_000
 
 
-def fame(n: int = 4, met: np.ndarray | None = None) -> HallOfFame:
-    """Champions whose genes are 100, 101, ..."""
-    champions = np.broadcast_to(np.arange(100, 100 + n, dtype=np.float32)[:, None, None, None, None], (n, *SHAPE))
-    return HallOfFame(champions, 100, n, met)
+def champions(first: int, n: int) -> np.ndarray:
+    """Teams whose genes are ``first``, ``first + 1``, ..."""
+    genes = np.arange(first, first + n, dtype=np.float32)
+    return np.broadcast_to(genes[:, None, None, None, None], (n, *SHAPE))
+
+
+def fame(n: int = 4, met: np.ndarray | None = None, n_guests: int = 0) -> HallOfFame:
+    """Champions whose genes are 100, 101, ..., and guests whose genes are 900, 901, ..."""
+    return HallOfFame(champions(100, n), 100, n, met, champions(900, n_guests))
 
 
 def frequencies(choice: str, among: HallOfFame, seed: int = 0) -> np.ndarray:
@@ -85,3 +90,37 @@ def test_past_teams_are_the_whole_champions_in_their_places(members: Members):
     teams = past_teams(CONTROLLER, fame(), np.array([3, 0, 3, 1]))
     assert teams.genomes.shape[3] == 3  # those that are met, once each
     assert (members(teams).reshape(4, -1) == np.array([[103], [100], [103], [101]])).all()
+
+
+@pytest.mark.parametrize(
+    ("choice", "met", "expected"),
+    [
+        ("uniform", None, [1 / 5, 1 / 5, 1 / 5, 1 / 5, 1 / 5]),
+        ("recent", None, [1 / 8, 1 / 8, 1 / 8, 2 / 8, 3 / 8]),  # guests are as old as generation 0
+        ("latest", None, [0, 0, 0, 0, 1]),
+        # Half way between the rates 0.1, 0.2, 0.5, 0.7 and 1 are 0.15, 0.35, 0.6 and 0.85.
+        ("spread", wins(0.2, 1.0, 0.1, 0.5, 0.7), [0.2, 0.15, 0.15, 0.25, 0.25]),
+        ("contested", wins(0.5, 0.2, 0.9, 0.5, 0.0), np.array([0.25, 0.16, 0.09, 0.25, 0.02]) / 0.77),
+    ],
+)
+def test_two_guests_and_three_champions_are_drawn_as_often_as_the_choice_says(
+    choice: str, met: np.ndarray | None, expected: np.ndarray
+):
+    assert frequencies(choice, fame(3, met, n_guests=2)) == pytest.approx(expected, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("choice", "expected"),
+    [
+        *(("uniform", [1 / 2, 1 / 2]), ("recent", [1 / 2, 1 / 2]), ("latest", [0, 1])),
+        *(("spread", [1 / 2, 1 / 2]), ("contested", [1 / 2, 1 / 2])),
+    ],
+)
+def test_before_the_first_champion_guests_are_drawn(choice: str, expected: list[float]):
+    assert frequencies(choice, fame(0, n_guests=2)) == pytest.approx(expected, abs=0.01)
+
+
+def test_past_teams_are_guests_too(members: Members):
+    teams = past_teams(CONTROLLER, fame(n_guests=2), np.array([5, 1, 5, 2, 0]))
+    assert teams.genomes.shape[3] == 4
+    assert (members(teams).reshape(5, -1) == np.array([[103], [901], [103], [100], [900]])).all()
