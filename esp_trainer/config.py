@@ -69,12 +69,13 @@ class EspConfig(Settings):
 
     past_share: float = Field(default=0.0, ge=0, le=1)
     """Share of a trial's episodes against past champions of the other side, in whole episodes. The others are against
-    the other side's team of the same trial, and score both. The first generation has no champions to meet yet, and a
-    script has none."""
+    the other side's team of the same trial, and score both. The first generation has no champions to meet yet,
+    unless there is a league of other runs, and a script has none."""
 
     past_choice: Literal["uniform", "recent", "latest", "spread", "contested"] = "uniform"
     """Which past champions: any in the hall of fame; later ones more often, in proportion to their generation; the
-    latest; those of every strength equally often; or mostly those that win as often as they lose."""
+    latest; those of every strength equally often; or mostly those that win as often as they lose. Champions of a league
+    count as generation 0, and are the latest only while the run has none of its own."""
 
     past_each_episode: bool = False
     """Whether each episode of a trial meets a past champion of its own; else all of a trial meet the same."""
@@ -199,6 +200,9 @@ class RunConfig(Settings):
 
     checkpoint_every: int = Field(default=10, ge=1)
     """Generations between checkpoints: the most that a killed run loses."""
+
+    league: str = ""
+    """SHA-256 of the champions of other runs that are in the opponent pools; empty without any."""
 
     env: EnvConfig = EnvConfig()
     """The world."""

@@ -12,10 +12,10 @@ from pydantic import BaseModel
 from esp_trainer.config import RunConfig
 from predprey_env.settings import field_names
 
-FIELDS = [name for name in [*field_names(RunConfig), "esp.pairing"] if name != "preset"]
-"""What can be set; which preset it is, is said by the first argument."""
+FIELDS = [name for name in [*field_names(RunConfig), "esp.pairing"] if name not in ("preset", "league")]
+"""What can be set. The preset is said by the first argument, and the league follows from the runs of ``--league``."""
 
-_OWN = ["out", "threads", "address", "quiet", "tensorboard"]
+_OWN = ["out", "threads", "address", "quiet", "tensorboard", "league"]
 
 
 def split(arguments: list[str]) -> tuple[list[str], list[str]]:

@@ -21,7 +21,6 @@ from esp_trainer.esp.subpopulations import Spread, Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import (
-    ROLES,
     Evaluator,
     EvolvedTeams,
     Fixed,
@@ -120,7 +119,7 @@ class Coevolution:
     def _play_trials(self, asked: dict[Role, EvolvedTeams], number: int) -> dict[Role, list[Part]]:
         """Play every evolving side's trials, against the other side's teams and against its past champions."""
         esp = self.config.esp
-        n_past = esp.n_past if number > 0 and len(asked) == len(ROLES) else 0
+        n_past = esp.n_past if all(map(self._has_past, asked)) else 0
         n_blocks, n_present = -(-esp.n_trials // esp.block_size), esp.n_episodes - n_past
         drawn = self.evaluator.starts.draw(self._stream("starts", number), n_blocks, esp.n_episodes)
         starts = by_block(drawn, esp.block_size, esp.n_trials)
@@ -160,10 +159,15 @@ class Coevolution:
         for role, teams in asked.items():
             fitness = centred(trials[role].fitness, self.config.esp.block_size)
             contenders[role] = best_teams(teams, fitness, settings.n_candidates)
-        met = asked if settings.n_past and number > 0 and not self.fixed else ()
+        met = filter(self._has_past, asked) if settings.n_past else ()
         past = {role: self._past(role, settings.n_past, number) for role in met}
         generator = self._stream("champions", number)
         return choose_champions(contenders, settings, self.evaluator, generator, past)
+
+    def _has_past(self, role: Role) -> bool:
+        """Whether there are past champions that a side can meet."""
+        other = self.sides[other_team(role)]
+        return isinstance(other, EvolvingSide) and len(other.hall_of_fame) > 0
 
     def _past(self, role: Role, n: int, number: int) -> EvolvedTeams:
         """Choose past champions that the candidates of a side meet."""

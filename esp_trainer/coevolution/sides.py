@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
+from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.subpopulations import Subpopulations
@@ -41,12 +42,12 @@ def side_controller(config: RunConfig, role: Role) -> Controller:
     return make_controller(settings, offset_wiring(settings, n_opponents, n_agents), n_actions, n_agents)
 
 
-def new_sides(config: RunConfig) -> dict[Role, Side]:
-    """Both sides before the first generation."""
-    return {role: _new_side(config, role) for role in ROLES}
+def new_sides(config: RunConfig, league: League = NO_LEAGUE) -> dict[Role, Side]:
+    """Both sides before the first generation, with the champions of a league as guests of their halls of fame."""
+    return {role: _new_side(config, role, league) for role in ROLES}
 
 
-def _new_side(config: RunConfig, role: Role) -> Side:
+def _new_side(config: RunConfig, role: Role, league: League) -> Side:
     policy = side_config(config, role).policy
     if policy != "esp":
         return ScriptedTeams(policy)
@@ -55,4 +56,4 @@ def _new_side(config: RunConfig, role: Role) -> Side:
     generator = stream(config.seed, f"initial {role}")
     population = Subpopulations.random(config.esp, controller, n_agents, generator)
     nobody = np.empty((0, len(population.genomes), *controller.shape), np.float32)
-    return EvolvingSide(population, HallOfFame(nobody, config.esp.hof_size))
+    return EvolvingSide(population, HallOfFame(nobody, config.esp.hof_size, guests=league.genomes.get(role)))

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 FIELDS = field_names(RunConfig)
-CHOSEN = [name for name in FIELDS if name != "preset"]
-"""All that one may set: the preset's name is its first argument."""
+CHOSEN = [name for name in FIELDS if name not in ("preset", "league")]
+"""All that one may set: the preset's name is its first argument, and the league follows from ``--league``."""
 
 EARLIER = "cosample, previous_champion, hall_of_fame, mixed"
 
@@ -90,6 +90,7 @@ def test_fields_that_are_only_right_together_may_come_in_any_order() -> None:
         (["--esp.n_trails", "3"], "unknown option --esp.n_trails; did you mean --esp.n_trials?"),
         (["--ouput", "3"], "unknown option --ouput; did you mean --out?"),
         (["--quite"], "unknown option --quite; did you mean --quiet?"),
+        (["--leage", "a"], "unknown option --leage; did you mean --league?"),
         (["--treads", "2"], "unknown option --treads; did you mean --threads?"),
         (["--xyzzy"], "unknown option --xyzzy"),
         (["--seed"], "--seed needs a value"),
