@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
+from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.estimates import Estimates
@@ -35,8 +36,11 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
     for role, side in sides.items():
         if isinstance(side, EvolvingSide):
             arrays[f"{role}.genomes"] = side.subpopulations.genomes
-            arrays[f"{role}.hall_of_fame"] = side.hall_of_fame.champions
-            arrays[f"{role}.met"] = side.hall_of_fame.met
+            fame, n_guests = side.hall_of_fame, len(side.hall_of_fame.guests)
+            arrays[f"{role}.hall_of_fame"] = fame.champions
+            arrays[f"{role}.met"] = fame.met[n_guests:]
+            if n_guests:
+                arrays[f"{role}.guests_met"] = fame.met[:n_guests]
             if config.esp.memory:
                 arrays[f"{role}.totals"] = side.subpopulations.estimates.totals
                 arrays[f"{role}.trials"] = side.subpopulations.estimates.trials
@@ -52,11 +56,15 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
     write_arrays(path, "checkpoint", header, arrays)
 
 
-def load_checkpoint(path: Path, config: RunConfig) -> tuple[dict[Role, Side], int]:
-    """Both sides, and how many generations they have behind them."""
+def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -> tuple[dict[Role, Side], int]:
+    """Both sides, and how many generations they have behind them.
+
+    Only a run that is resumed needs its league. Without it the halls of fame hold the run's own champions alone.
+    """
     with _usable(path):
         header, arrays = _read(path, config)
-        return _restore(config, arrays, header["sides"], int(header["generations"])), int(header["generations"])
+        generations = int(header["generations"])
+        return _restore(new_sides(config, league), config, arrays, header["sides"], generations), generations
 
 
 def generations_in(path: Path, config: RunConfig) -> int:
@@ -110,10 +118,13 @@ def _algorithm(side: Side) -> str:
 
 
 def _restore(
-    config: RunConfig, arrays: dict[str, np.ndarray], progress: dict[str, Any], generations: int
+    sides: dict[Role, Side],
+    config: RunConfig,
+    arrays: dict[str, np.ndarray],
+    progress: dict[str, Any],
+    generations: int,
 ) -> dict[Role, Side]:
-    """Both sides with the genomes, the fame and the progress of a checkpoint."""
-    sides = new_sides(config)
+    """Both new sides with the genomes, the fame and the progress of a checkpoint."""
     for role, side in sides.items():
         if not isinstance(side, EvolvingSide):
             continue
@@ -125,11 +136,14 @@ def _restore(
         if len(fame) == generations:  # written before halls of fame were bounded
             fame, met = fame[kept], met[kept]
         _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
+        guests = side.hall_of_fame.guests
+        guests_met = arrays[f"{role}.guests_met"] if len(guests) else np.zeros((0, 2))
+        _check(f"{role}.guests_met", guests_met, (len(guests), 2), np.float64)
         best = progress[role]["best"]
         estimates = _estimates(role, arrays, population.estimates) if config.esp.memory else None
         sides[role] = EvolvingSide(
             Subpopulations(population.config, population.controller, genomes.copy(), estimates),
-            HallOfFame(fame, size, generations, met),
+            HallOfFame(fame, size, generations, np.vstack([guests_met, met]), guests),
             -np.inf if best is None else float(best),
             int(progress[role]["stagnant"]),
         )

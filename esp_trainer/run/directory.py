@@ -6,6 +6,7 @@
 | ``metrics.jsonl``                   | a line for each generation, the same however the run was stopped         |
 | ``timing.jsonl``                    | wall seconds of each generation, by phase                                |
 | ``checkpoint.safetensors``          | all that the next generation follows from                                |
+| ``league.safetensors``              | champions of other runs in the opponent pools, if there are any          |
 | ``champions/predators-00041.safetensors`` | each generation's champion of each side; see ``esp.hof_size`` |
 """
 
@@ -18,8 +19,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig
-from esp_trainer.files import SCHEMA, DamagedFileError, naming, sync, to_json, write
+from esp_trainer.files import SCHEMA, DamagedFileError, naming, sync, sync_directory, to_json, write
 from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
 
@@ -38,11 +40,12 @@ class RunDirectory:
         self.metrics_file = self.path / "metrics.jsonl"
         self.timing_file = self.path / "timing.jsonl"
         self.checkpoint_file = self.path / "checkpoint.safetensors"
+        self.league_file = self.path / "league.safetensors"
         self.champions = self.path / "champions"
         self._lock: Lock | None = None
         self._made: list[Path] = []
 
-    def create(self, config: RunConfig) -> Lock:
+    def create(self, config: RunConfig, league: League = NO_LEAGUE) -> Lock:
         """Begin a run here, with the lock; a directory that holds anything already is left as it is and refused."""
         self._check_free()
         try:
@@ -50,12 +53,21 @@ class RunDirectory:
             lock = self.lock()
             self._check_free()  # of two that start at once, one got the lock
             self._make(self.champions)
+            self._write_league(league)  # before the config, which makes it a run that can be resumed
             self.write_config(config)
             self._made.append(self.config_file)
         except BaseException:  # Ctrl-C too
             self.discard()
             raise
         return lock
+
+    def _write_league(self, league: League) -> None:
+        for leftover in (self.league_file, *self.path.glob(".*.part")):  # of a start that was killed
+            leftover.unlink(missing_ok=True)
+        if league.genomes:
+            self._made.append(self.league_file)
+            league.save(self.league_file)
+            sync_directory(self.path)  # or a power cut could leave the config without it
 
     def _check_free(self) -> None:
         if self.config_file.exists():
@@ -72,7 +84,9 @@ class RunDirectory:
         """Whether a file is more than the rest of a start that was killed."""
         if entry == self.champions and entry.is_dir():
             return any(entry.iterdir())
-        return entry.name != f".{self.config_file.name}.part"
+        if entry == self.league_file:
+            return not self.champions.is_dir()  # which a start makes before
+        return entry.name not in {f".{file.name}.part" for file in (self.config_file, self.league_file)}
 
     def discard(self) -> None:
         """Undo :meth:`create`, as far as it went."""
@@ -118,6 +132,10 @@ class RunDirectory:
             raise DamagedFileError(f"{self.config_file} is damaged: {error.args[0]} is missing") from None
         except (TypeError, ValueError, RecursionError) as error:
             raise DamagedFileError(f"{self.config_file} is damaged: {error}") from None
+
+    def read_league(self, config: RunConfig) -> League:
+        """The league that the run was begun with."""
+        return League.load(self.league_file, config.league)
 
     def begun_with(self) -> dict[str, str]:
         """The versions that the run was begun with."""

@@ -11,6 +11,7 @@ from typing import Any
 
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.hall_of_fame import kept_generations
+from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
@@ -49,11 +50,19 @@ class Trainer:
         self._origin = {**config.model_dump(exclude=set(NO_MATTER)), "version": versions()["predprey-esp"]}
 
     @classmethod
-    def start(cls, directory: RunDirectory, config: RunConfig, make: Callable[[RunConfig], Evaluator]) -> Trainer:
-        """A new run in an empty directory; ``make`` gives it its evaluator."""
-        lock = directory.create(config)
+    def start(
+        cls,
+        directory: RunDirectory,
+        config: RunConfig,
+        make: Callable[[RunConfig], Evaluator],
+        league: League = NO_LEAGUE,
+    ) -> Trainer:
+        """A new run in an empty directory; ``make`` gives it its evaluator. A ``league`` is copied there."""
+        config = league.enter(config)
+        sides = new_sides(config, league)
+        lock = directory.create(config, league)
         try:
-            return cls(directory, config, Coevolution(config, new_sides(config), make(config)), 0, lock)
+            return cls(directory, config, Coevolution(config, sides, make(config)), 0, lock)
         except BaseException:  # Ctrl-C while the kernel compiles, say
             directory.discard()
             raise
@@ -67,10 +76,11 @@ class Trainer:
         lock = directory.lock()
         try:
             wanted = config.replace(generations=generations) if generations else config
-            sides, done = new_sides(config), 0
+            league = directory.read_league(config)
+            sides, done = new_sides(config, league), 0
             if directory.checkpoint_file.exists():
                 check_algorithms(directory.checkpoint_file, config)
-                sides, done = load_checkpoint(directory.checkpoint_file, config)
+                sides, done = load_checkpoint(directory.checkpoint_file, config, league)
             if done > wanted.generations:
                 raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
             directory.rewind(done)
