@@ -73,7 +73,7 @@ def best_response(
         raise ValueError(f"{role} must evolve in this run to answer anew, but follow a script")
     generation = range(len(history))[generation]
     other = other_team(role)
-    config = history.config.replace(seed=seed, generations=n_generations)
+    config = history.config.replace(seed=seed, generations=n_generations, league="")  # one opponent alone
     fresh = History.evolve(config, evaluator, watch, {other: history.player(other, generation)})
     curve = fresh.curves["caught"]
     best = int(fresh.kept[curve[fresh.kept].argmax() if role == "predators" else curve[fresh.kept].argmin()])

@@ -13,6 +13,7 @@ import numpy as np
 
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.hall_of_fame import kept_generations
+from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team, as_candidates
@@ -56,6 +57,7 @@ class History:
         evaluator: Evaluator,
         watch: Callable[[], object] = lambda: None,
         fixed: Mapping[Role, Fixed] = MappingProxyType({}),
+        league: League = NO_LEAGUE,
     ) -> History:
         """Run a config in memory.
 
@@ -64,8 +66,10 @@ class History:
             evaluator: Of its world.
             watch: Called after each generation.
             fixed: A team that plays one side and does not evolve, whatever the config says.
+            league: Champions of other runs that are in the opponent pools.
         """
-        run = Coevolution(config, {**new_sides(config), **fixed}, evaluator)
+        config = league.enter(config)
+        run = Coevolution(config, {**new_sides(config, league), **fixed}, evaluator)
         records = []
         for number in range(config.generations):
             generation = run.step(number)

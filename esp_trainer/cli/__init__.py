@@ -87,7 +87,8 @@ def _train(options: argparse.Namespace, fields: list[str]) -> int:
     players = training.Players(options.threads, options.address)
     if options.command == "resume":
         return training.resume(options.directory, options.generations, players, following)
-    return training.train(override(preset(options.preset), fields), options.out, players, following)
+    config = override(preset(options.preset), fields)
+    return training.train(config, options.out, players, following, options.league)
 
 
 def _analyse(options: argparse.Namespace) -> int:

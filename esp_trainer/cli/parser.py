@@ -134,6 +134,9 @@ def _add_training(command: _Command) -> None:
     train = command("train", "begin a run", every_field)
     train.add_argument("preset", metavar="PRESET", help="its experiment; `esp-trainer presets` lists them")
     train.add_argument("--out", type=Path, metavar="DIR", help="where to; by default runs/PRESET-seedSEED")
+    train.add_argument(
+        "--league", nargs="+", type=Path, default=[], metavar="RUN", help="runs whose champions are past opponents too"
+    )
     resume = command("resume", "go on with a run that was stopped")
     resume.add_argument("directory", type=Path, metavar="DIR")
     resume.add_argument("--generations", type=_positive, metavar="N", help="go on to this many")

@@ -16,6 +16,7 @@ from types import FrameType
 
 from tqdm import tqdm
 
+from esp_trainer.analysis.league import league_of_runs
 from esp_trainer.cli.signals import handled_by, tell
 from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
@@ -75,14 +76,17 @@ class Following:
     """Event files for TensorBoard in the run's directory."""
 
 
-def train(config: RunConfig, out: Path | None, players: Players, following: Following) -> int:
-    """Begin a run."""
+def train(
+    config: RunConfig, out: Path | None, players: Players, following: Following, league_runs: Sequence[Path] = ()
+) -> int:
+    """Begin a run; champions of other runs are in its opponent pools if there are ``league_runs``."""
     if following.tensorboard:
         check_installed()
+    league = league_of_runs(league_runs, config)
     directory = RunDirectory(out or Path("runs") / f"{config.preset}-seed{config.seed}")
     with players.connected():
         make = partial(players.evaluator, undo=directory.discard)
-        return _run(Trainer.start(directory, config, make), following)
+        return _run(Trainer.start(directory, config, make, league), following)
 
 
 def resume(directory: Path, generations: int | None, players: Players, following: Following) -> int:

@@ -65,6 +65,8 @@ def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
         name, times = Counter(run.name for run in plan).most_common(1)[0]
         if times > 1:
             raise ValueError(f"runs must be different, got {name} {times} times")
+        if any(run.config.league for run in plan):
+            raise ValueError("league is no field of a sweep: only train begins a run with one")
         first: dict[str, str] = {}
         for run in plan:
             same = first.setdefault(run.config.model_dump_json(), run.name)
