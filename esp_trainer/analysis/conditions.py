@@ -63,7 +63,8 @@ def _given_names(names: Sequence[set[str | None]]) -> list[str] | None:
 
 
 def _comparable(config: RunConfig) -> _Fields:
-    return flat(config.model_dump(exclude=MAY_DIFFER))
+    league = config.league[:8] or "none"  # the name of a condition has no room for 64 digits
+    return flat(config.model_dump(exclude=MAY_DIFFER)) | {"league": league}
 
 
 def _with_sides_merged(fields: Sequence[_Fields]) -> list[_Fields]:

@@ -54,6 +54,10 @@ def test_all_fields_that_differ_are_named() -> None:
     ]
 
 
+def test_a_league_is_named_by_the_first_digits_of_its_digest() -> None:
+    assert named(SMOKE, SMOKE.replace(league="0123456789abcdef" * 4)) == ["league=none", "league=01234567"]
+
+
 def test_what_both_sides_share_is_named_once() -> None:
     scaled = {"predators.input_scale": 0.2, "prey.input_scale": 0.2}
     assert named(SMOKE, SMOKE.with_fields(scaled)) == ["input_scale=1", "input_scale=0.2"]
