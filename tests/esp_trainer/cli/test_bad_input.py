@@ -32,7 +32,7 @@ COMMANDS: dict[str, Command] = {
     "no command": ([], "required: COMMAND"),
     "unknown command": (["trian"], "invalid choice: 'trian'"),
     "unknown preset": (["train", "smok"], "unknown preset smok; did you mean smoke?"),
-    "unknown preset like none": (["train", "xyzzy"], "unknown preset xyzzy; there are paper-3v2, paper-3v1, "),
+    "unknown preset like none": (["train", "xyzzy"], "unknown preset xyzzy; there are race-3v1, race-3v2, "),
     "no preset": (["train"], "required: PRESET"),
     "a preset to describe": (["presets", "paper-3v3"], "unknown preset paper-3v3; did you mean paper-3v2?"),
     "unknown option": (["train", "smoke", "--ouput", "x"], "unknown option --ouput; did you mean --out?"),

@@ -209,7 +209,7 @@ def test_on_a_terminal_quiet_has_no_bar() -> None:
 def test_the_command_is_installed() -> None:
     command = Path(sys.executable).with_name("esp-trainer")
     done = subprocess.run([command, "presets"], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("paper-3v2 ")
+    assert done.stdout.startswith("race-3v1 ")
     assert done.stderr == ""
 
 
