@@ -54,8 +54,10 @@ def main() -> None:
         moments.find(options.runs, results, kept)
     draw(results, kept)
     missing = tuple(name for name, each in found.items() if each is None)
-    page = report.write(results, verdicts(paper.CLAIMS, results), origin(missing))
-    (options.out / "reproduction.md").write_text(page)
+    found_claims, made_by = verdicts(paper.CLAIMS, results), origin(missing)
+    (options.out / "reproduction.md").write_text(report.write(results, found_claims, made_by))
+    supplement = report.write_supplement(results, found_claims, made_by)
+    (options.out / "reproduction" / "supplement.md").write_text(supplement)
     print(f"{options.out / 'reproduction.md'}: {len(results)} of {len(found)} settings")
 
 

@@ -40,8 +40,11 @@ def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_the_report_links_to_figures_with_their_data(reproduced: Path):
     page = (reproduced / "out" / "reproduction.md").read_text()
+    supplement = (reproduced / "out" / "reproduction" / "supplement.md").read_text()
     links = set(re.findall(r"\]\((reproduction/[^)]+)\)", page))
-    assert "reproduction/data" in links
+    assert {"reproduction/data", "reproduction/supplement.md"} <= links
+    assert "](reproduction/" not in supplement
+    links |= {f"reproduction/{link}" for link in re.findall(r"\]\(([^)/#]+)\)", supplement)}
     figures = {link for link in links if link.endswith(".png")}
     assert {Path(link).stem for link in figures} == {
         *(
@@ -65,7 +68,7 @@ def test_the_report_links_to_figures_with_their_data(reproduced: Path):
     names = {name for name, arm in small(ARMS).items() if arm.part != "panel"}
     kept = {path.stem for path in (reproduced / "out" / "reproduction" / "data").iterdir()}
     assert names <= kept <= {*names, "moments"}
-    assert "nan" not in re.findall(r"[a-z]+", page)
+    assert "nan" not in re.findall(r"[a-z]+", page + supplement)
 
 
 @pytest.mark.slow

@@ -71,8 +71,10 @@ def as_text(episode: Episode) -> Iterator[str]:
         yield text(world, episode.env, int(np.ceil(time)))
 
 
-def as_pictures(episode: Episode, fps: float) -> Iterator[np.ndarray]:
-    """An RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours that are seen.
+def as_pictures(episode: Episode, fps: float, follow: int | None = None) -> Iterator[np.ndarray]:
+    """Yield an RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours seen.
+
+    With ``follow``, pictures are so many cells wide and follow the chase; else they show the whole world.
 
     Raises :class:`gymnasium.error.DependencyNotInstalled` without pygame-ce.
     """
@@ -81,7 +83,7 @@ def as_pictures(episode: Episode, fps: float) -> Iterator[np.ndarray]:
     require_pygame("a picture")
     from predprey_env.rendering.viewer import Viewer
 
-    viewer, names = Viewer(episode.env, fps), captions(episode)
+    viewer, names = Viewer(episode.env, fps, follow), captions(episode)
     for world, time in zip(episode.worlds, episode.times, strict=True):
         yield viewer.frame(world, time, names[int(time)]).copy()
 

@@ -167,6 +167,9 @@ def _add_teams(command: _Command) -> None:
     replay.add_argument("--fps", type=_positive, default=12, metavar="N", help="frames a second")
     replay.add_argument("--gif", type=_video(".gif"), metavar="FILE", help="write a GIF, with what is seen in it")
     replay.add_argument("--mp4", type=_video(".mp4"), metavar="FILE", help="write an MP4 likewise")
+    replay.add_argument(
+        "--follow", type=_whole(5), metavar="CELLS", help="let pictures be so many cells wide and follow the chase"
+    )
     replay.add_argument("--from", dest="first", type=_natural, default=0, metavar="STEP", help="begin there")
     replay.add_argument("--until", dest="last", type=_natural, metavar="STEP", help="end there")
     for each in (evaluate, replay):

@@ -139,11 +139,17 @@ _ORIGIN = {
 }
 
 
-def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path]) -> int:
+def replay(
+    team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path], follow: int | None = None
+) -> int:
     """Play one episode as text, or into files that move."""
     for video in videos:
         check_place(video)
+    if follow and not videos:
+        raise ValueError("--follow is for pictures: say --gif or --mp4 too")
     players, env = _pair(team, against)
+    if follow and follow > env.size:
+        raise ValueError(f"--follow must be at most the {env.size} cells of the world, got {follow}")
     policies = {role: _policy(player, role, env) for role, player in players.items()}
     if steps.stop <= steps.start:
         raise ValueError(f"--until must be at least --from, got {steps.stop - 1} and {steps.start}")
@@ -155,7 +161,7 @@ def replay(team: str, against: str, seed: int, fps: int, steps: range, videos: S
         _print(compress(as_text(episode), shown), fps)
         return 0
     for video in videos:
-        save_video(_with_last_look(compress(as_pictures(episode, fps), shown), fps), video, fps)
+        save_video(_with_last_look(compress(as_pictures(episode, fps, follow), shown), fps), video, fps)
         print(f"{video}: {_outcome(episode, steps)}")
     return 0
 

@@ -22,10 +22,12 @@ _BOUNDS = pygame.Rect(0, 0, SIDE * _FINE, SIDE * _FINE)
 _RING_STEPS = 12
 
 
-def agent_radius(config: EnvConfig) -> float:
-    """Radius of an agent, in pixels: that of its cell, but to be seen well however many and small the cells are."""
+def agent_radius(config: EnvConfig, width: int | None = None) -> float:
+    """Return the radius of an agent in a picture that is ``width`` cells wide, in pixels: that of its cell, but large
+    enough to be seen.
+    """
     crowd = (0.1 * SIDE**2 / (np.pi * config.n_agents)) ** 0.5  # all together cover a tenth of the world
-    return float(np.clip(0.42 * SIDE / config.size, np.clip(crowd, 2, 13), 48))
+    return float(np.clip(0.42 * SIDE / (width or config.size), np.clip(crowd, 2, 13), 48))
 
 
 def trail_length(config: EnvConfig) -> float:
@@ -34,22 +36,38 @@ def trail_length(config: EnvConfig) -> float:
 
 
 class Painter:
-    """Draws the worlds of one configuration. Its next picture overwrites the one before."""
+    """Draws the worlds of one configuration. Its next picture overwrites the one before.
 
-    def __init__(self, config: EnvConfig) -> None:
+    Args:
+        config: The world.
+        width: Cells across the picture; by default the whole world.
+    """
+
+    def __init__(self, config: EnvConfig, width: int | None = None) -> None:
         self._config = config
-        self._scale = _BOUNDS.width / config.size
-        self._radius = agent_radius(config) * _FINE
+        self._width = width or config.size
+        self._scale = _BOUNDS.width / self._width
+        self._side = round(config.size * self._scale)  # of the world, in finely drawn pixels
+        self._radius = agent_radius(config, width) * _FINE
+        self._centre: np.ndarray | None = None
         self._ground = _ground(config.size)
         self._world = self._ground.copy()
         self._picture = pygame.Surface((SIDE, SIDE + HEADER), depth=32)
 
-    def paint(self, track: Track, progress: float = 1.0, caption: str = "") -> pygame.Surface:
-        """The picture at the latest moment of a track, or on the way there: 0 the moment before, 1 the latest; with a
-        caption in the line above the world.
+    def paint(
+        self, track: Track, progress: float = 1.0, caption: str = "", centre: np.ndarray | None = None
+    ) -> pygame.Surface:
+        """Return the picture at the latest moment of a track, or on the way there.
+
+        Args:
+            track: What was seen.
+            progress: 0 for the moment before, 1 for the latest.
+            caption: Text in the line above the world.
+            centre: The point in the middle of the picture, column and row in cells; by default that of the world.
         """
         now = track.time - (1 - progress) * track.duration
-        self._world.blit(self._ground, (0, 0))
+        self._centre = centre
+        self._draw_ground()
         self._draw_trails(track, now, progress)
         self._draw_agents(track, self._centres(track.cells - (1 - progress) * track.way), now)
         place = self._picture.subsurface((0, HEADER, SIDE, SIDE))
@@ -58,24 +76,44 @@ class Painter:
         return self._picture
 
     def _centres(self, cells: np.ndarray) -> np.ndarray:
-        """Where cells ``(n_agents, 2)`` lie in the finely drawn world, whose rows count down."""
-        centres = (cells + 0.5) * self._scale
+        """Return where cells ``(n_agents, 2)`` lie in the finely drawn picture, whose rows count down."""
+        points = cells + 0.5
+        if self._centre is not None:
+            half = self._config.size / 2  # the shortest way from the centre
+            points = (points - self._centre + half) % self._config.size - half + self._width / 2
+        centres = points * self._scale
         centres[:, 1] = _BOUNDS.height - centres[:, 1]
-        return centres
+        return np.asarray(centres)
+
+    def _draw_ground(self) -> None:
+        if self._centre is None:
+            self._world.blit(self._ground, (0, 0))
+            return
+        self._world.fill(GROUND)
+        first = self._centre - self._width / 2
+        spacing = _spacing(self._width)
+        for axis in range(2):
+            for line in np.arange(-(-first[axis] // spacing) * spacing, first[axis] + self._width, spacing):
+                at = round((line - first[axis]) * self._scale)
+                if axis == 0:
+                    self._world.fill(GRID, (at - 1, 0, 2, _BOUNDS.height))
+                else:
+                    self._world.fill(GRID, (0, _BOUNDS.height - at - 1, _BOUNDS.width, 2))
 
     def _draw_trails(self, track: Track, now: float, progress: float) -> None:
         """A bar for each stretch of each agent, the fresh ones over the old ones."""
         for stretch in track.stretches:
             fresh = min(1.0, 1 - (now - stretch.time) / track.length)
             part = progress if stretch.time == track.time else 1.0
-            ends = self._centres(stretch.start), self._centres(stretch.start + part * stretch.way)
+            begin = self._centres(stretch.start)
+            ends = begin, begin + part * self._scale * stretch.way * (1, -1)
             half = max(1, round(self._radius * (0.08 + 0.12 * fresh)))
             corners = np.minimum(*ends).round() - half
             sizes = np.maximum(*ends).round() + half - corners
             colours = [mix(colour, 0.75 * fresh) for colour in (PREDATOR, PREY)]
             for agent in np.flatnonzero(stretch.way.any(axis=1)):
                 box = pygame.Rect(corners[agent].tolist(), sizes[agent].tolist())
-                for shift in _shifts(box):
+                for shift in self._shifts(box):
                     self._world.fill(colours[int(agent >= self._config.n_predators)], box.move(shift))
 
     def _draw_agents(self, track: Track, centres: np.ndarray, now: float) -> None:
@@ -97,7 +135,16 @@ class Painter:
 
     def _stamp(self, sprite: pygame.Surface, centre: np.ndarray) -> None:
         box = sprite.get_rect(center=centre.round().tolist())
-        self._world.blits([(sprite, box.move(shift)) for shift in _shifts(box)])
+        self._world.blits([(sprite, box.move(shift)) for shift in self._shifts(box)])
+
+    def _shifts(self, box: pygame.Rect) -> list[tuple[int, int]]:
+        """Return the shifts by the world's side with which something of a box is in the picture: the world goes on at
+        its other side.
+        """
+        if _BOUNDS.contains(box):
+            return [(0, 0)]
+        ways = (-self._side, 0, self._side)
+        return [(x, y) for x in ways for y in ways if _BOUNDS.colliderect(box.move(x, y))]
 
     def _write_header(self, track: Track, now: float, caption: str) -> None:
         caught, n_prey = int((track.caught_at <= now).sum()), self._config.n_prey
@@ -112,20 +159,17 @@ class Painter:
             self._picture.blit(written, written.get_rect(center=(SIDE // 2, middle)))
 
 
+def _spacing(width: int) -> int:
+    """Return the cells between two lines: one, ten, a hundred or a thousand, so that lines are not too dense."""
+    return next(cells for cells in (1, 10, 100, 1000) if cells * _BOUNDS.width >= 24 * width)
+
+
 def _ground(size: int) -> pygame.Surface:
-    """The empty world with the lines between its cells, or between tens, hundreds or thousands of them."""
+    """Return the empty world with the lines between its cells, or between tens, hundreds or thousands of them."""
     ground = pygame.Surface(_BOUNDS.size, depth=32)
     ground.fill(GROUND)
-    spacing = next(cells for cells in (1, 10, 100, 1000) if cells * _BOUNDS.width >= 24 * size)
+    spacing = _spacing(size)
     for line in np.arange(spacing, size, spacing) * _BOUNDS.width / size:
         ground.fill(GRID, (round(line) - 1, 0, 2, _BOUNDS.height))
         ground.fill(GRID, (0, _BOUNDS.height - round(line) - 1, _BOUNDS.width, 2))
     return ground
-
-
-def _shifts(box: pygame.Rect) -> list[tuple[int, int]]:
-    """The world goes on at its other side: the shifts by its side with which something of a box is in it."""
-    if _BOUNDS.contains(box):
-        return [(0, 0)]
-    ways = (-_BOUNDS.width, 0, _BOUNDS.width)
-    return [(x, y) for x in ways for y in ways if _BOUNDS.colliderect(box.move(x, y))]

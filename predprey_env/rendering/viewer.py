@@ -7,6 +7,7 @@ import pygame
 
 from predprey_env.config import EnvConfig
 from predprey_env.dynamics import World
+from predprey_env.rendering.camera import Camera
 from predprey_env.rendering.picture import HEADER, SIDE, Painter, trail_length
 from predprey_env.rendering.track import Track
 from predprey_env.rendering.window import Window
@@ -15,17 +16,23 @@ _LAST_LOOK = 10  # moments that the end of an episode stays in the window
 
 
 class Viewer:
-    """Remembers what it is shown of an episode, for the trails."""
+    """Remembers what it is shown of an episode, for the trails.
 
-    def __init__(self, config: EnvConfig, fps: float) -> None:
-        """Show ``fps`` time steps, or halves of them, a second."""
-        self._fps = fps
+    Args:
+        config: The world.
+        fps: Time steps, or halves of them, that a window shows per second.
+        follow: Cells across pictures that follow the chase; by default pictures show the whole world.
+    """
+
+    def __init__(self, config: EnvConfig, fps: float, follow: int | None = None) -> None:
+        self._fps, self._follow = fps, follow
         self._window: Window | None = None
         self.begin(config)
 
     def begin(self, config: EnvConfig) -> None:
         """Forget the episode: another begins."""
-        self._config, self._painter = config, Painter(config)
+        self._config, self._painter = config, Painter(config, self._follow)
+        self._camera = Camera(config.size)
         self._track: Track | None = None
 
     def frame(self, world: World, time: float, caption: str = "") -> np.ndarray:
@@ -33,7 +40,8 @@ class Viewer:
         the caption.
         """
         _, track = self._look(world, time)
-        return _as_array(self._painter.paint(track, caption=caption))
+        centre = self._camera.look(world, time) if self._follow else None
+        return _as_array(self._painter.paint(track, caption=caption, centre=centre))
 
     def show(self, world: World, time: float, *, last: bool) -> None:
         """The same in the window, which opens now at the latest; nothing if the user has closed it."""

@@ -1,4 +1,4 @@
-"""``docs/reproduction.md``: what the measurements say, as Markdown. Every number in it is made here."""
+"""``docs/reproduction.md`` and its supplement: what the measurements say, as Markdown. Every number is made here."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from reproduction.report.claims import claims
 from reproduction.report.parity import cycles, parity
 from reproduction.report.race import curves, exploitable, games, progress
 from reproduction.report.settings import sensitivity, settings, strongest
+from reproduction.report.short_paper import abstract, body
 from reproduction.results import Results
 
 
@@ -26,7 +27,13 @@ class Origin:
 
 
 def write(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Origin) -> str:
-    """The whole page."""
+    """Return the page: a short paper."""
+    head = f"# The paper's experiments over many seeds\n\n{_made_by(results, origin)}"
+    return "\n\n".join([head, abstract(results), body(results, list(verdicts))]) + "\n"
+
+
+def write_supplement(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Origin) -> str:
+    """Return the supplement, which stands beside the figures: every claim and every setting in tables."""
     parts = [
         _head(results, origin),
         claims(list(verdicts)),
@@ -42,20 +49,24 @@ def write(results: dict[str, Results], verdicts: Iterable[Verdict], origin: Orig
         strongest(results),
         _method(),
     ]
-    return "\n\n".join(part for part in parts if part) + "\n"
+    return "\n\n".join(part for part in parts if part).replace("](reproduction/", "](") + "\n"
 
 
 def _head(results: dict[str, Results], origin: Origin) -> str:
+    return f"""# Supplement: every claim and every setting
+
+To [the paper's experiments over many seeds](../reproduction.md).
+
+{_made_by(results, origin)}"""
+
+
+def _made_by(results: dict[str, Results], origin: Origin) -> str:
     n_runs = sum(found.n_seeds for found in results.values())
     names = ", ".join(f"`{name}`" for name in origin.missing)
     missing = f"\n\n**Not run whole yet, and not in this report: {names}.**" if names else ""
-    return f"""# The paper's experiments over many seeds
-
-`{origin.command}` at commit {origin.commit}, {origin.versions}: {n_runs} runs of {len(results)} settings. This page and its
-figures are made by that command; each figure's data lies beside it as CSV, and the measurements of every run in
-[`data/`](reproduction/data). The paper shows "a typical run"; here a claim is a number for each seed, an interval over seeds
-and a test, and the agents are measured against opponents that stand still, most of them champions of seeds that nobody
-trained on.{missing}"""
+    return f"""`{origin.command}` at commit {origin.commit}, {origin.versions}: {n_runs} runs of {len(results)} settings. This page and
+its figures are made by that command; each figure's data lies beside it as CSV, and the measurements of every run in
+[`data/`](reproduction/data).{missing}"""
 
 
 def _method() -> str:

@@ -75,3 +75,16 @@ def test_without_the_extra_a_gif_is_written_and_an_mp4_refused(
     refusal = esp_trainer(*pair, "--mp4", tmp_path / "a.mp4").refusal
     assert refusal == 'esp-trainer: an MP4 needs imageio_ffmpeg: install predprey-esp with its extra "render"'
     assert [file.name for file in tmp_path.iterdir()] == ["12:30.gif"]
+
+
+def test_a_camera_that_follows_is_for_pictures_and_sees_at_most_the_world(
+    esp_trainer: EspTrainer, predators: Path, prey: Path, tmp_path: Path
+) -> None:
+    pair = ("replay", predators, "--against", prey)
+    clips = [tmp_path / "whole.gif", tmp_path / "near.gif"]
+    assert esp_trainer(*pair, "--gif", clips[0], "--until", "2").code == 0
+    assert esp_trainer(*pair, "--gif", clips[1], "--until", "2", "--follow", "8").code == 0
+    assert clips[0].read_bytes() != clips[1].read_bytes()
+    assert esp_trainer(*pair, "--follow", "8").refusal.endswith("--follow is for pictures: say --gif or --mp4 too")
+    refusal = esp_trainer(*pair, "--gif", tmp_path / "a.gif", "--follow", "13").refusal
+    assert refusal.endswith("--follow must be at most the 12 cells of the world, got 13")
