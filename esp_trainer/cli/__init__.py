@@ -7,7 +7,7 @@ import sys
 
 from gymnasium.error import DependencyNotInstalled
 
-from esp_trainer.cli import teams, training
+from esp_trainer.cli import replay, teams, training
 from esp_trainer.cli.overrides import describe, override, read_options, split
 from esp_trainer.cli.parser import make_parser
 from esp_trainer.cli.streams import let_go, standard_streams
@@ -74,7 +74,7 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
     if options.command == "replay":
         steps = range(options.first, sys.maxsize if options.last is None else options.last + 1)
         videos = [video for video in (options.gif, options.mp4) if video]
-        return teams.replay(options.team, options.against, options.seed, options.fps, steps, videos, options.follow)
+        return replay.replay(options.team, options.against, options.seed, options.fps, steps, videos, options.follow)
     if options.command == "presets":
         return _presets(options.preset)
     if options.command == "teams":

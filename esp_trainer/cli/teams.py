@@ -1,37 +1,28 @@
-"""``evaluate``, ``show`` and ``replay``: teams on the terminal."""
+"""``evaluate``, ``show`` and ``teams``: teams on the terminal, and which of them a command means."""
 
 from __future__ import annotations
 
 import difflib
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import compress
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
-import numpy as np
-
-from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
-from esp_trainer.cli.streams import is_screen
 from esp_trainer.esp.team import IN_A_WORLD, Team
 from esp_trainer.evaluation.match import Player, match
 from esp_trainer.exact.solution import Solution
-from esp_trainer.exact.team import OptimalTeam
-from esp_trainer.files import DamagedFileError, check_place
+from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate, in_points
 from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
-from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
+from predprey_env.policies import SCRIPTS
 from predprey_env.policies.scripted import NUMBERS
-from predprey_env.rendering import save_video
 
 _OPTIMAL = "optimal:"
 """Before the file of a solved game: whoever plays one side of it optimally."""
-_Seat: TypeAlias = Player | Solution
-_LAST_LOOK = 2  # seconds that the end of a video stays
+Seat: TypeAlias = Player | Solution
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
@@ -39,7 +30,7 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
     optimal = next((name for name in (team, against) if name.startswith(_OPTIMAL)), None)
     if optimal:
         raise ValueError(f"optimal play is not evaluated but solved: esp-trainer solve says its value; got {optimal}")
-    players, env = _pair(team, against)
+    players, env = pair(team, against)
     captures = match(players["predators"], players["prey"], env, episodes, seed)  # type: ignore[arg-type]
     print(f"{captures.episodes} episodes from held-out starts (seed {seed}), 95% Wilson intervals")
     print(f"  world              {_words(env)}")
@@ -139,66 +130,9 @@ _ORIGIN = {
 }
 
 
-def replay(
-    team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path], follow: int | None = None
-) -> int:
-    """Play one episode as text, or into files that move."""
-    for video in videos:
-        check_place(video)
-    if follow and not videos:
-        raise ValueError("--follow is for pictures: say --gif or --mp4 too")
-    players, env = _pair(team, against)
-    if follow and follow > env.size:
-        raise ValueError(f"--follow must be at most the {env.size} cells of the world, got {follow}")
-    policies = {role: _policy(player, role, env) for role, player in players.items()}
-    if steps.stop <= steps.start:
-        raise ValueError(f"--until must be at least --from, got {steps.stop - 1} and {steps.start}")
-    episode = play(policies["predators"], policies["prey"], env, seed)
-    shown = [steps.start <= time < steps.stop for time in episode.times]
-    if not any(shown):
-        raise ValueError(f"the episode ends at step {episode.times[-1]:.0f}, before --from {steps.start}")
-    if not videos:
-        _print(compress(as_text(episode), shown), fps)
-        return 0
-    for video in videos:
-        save_video(_with_last_look(compress(as_pictures(episode, fps, follow), shown), fps), video, fps)
-        print(f"{video}: {_outcome(episode, steps)}")
-    return 0
-
-
-def _policy(player: _Seat, role: Role, env: EnvConfig) -> Policy:
-    if isinstance(player, Solution):
-        return OptimalTeam(role, player, env.max_cycles)
-    return player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
-
-
-def _print(frames: Iterable[str], fps: int) -> None:
-    moving = is_screen(sys.stdout)
-    for frame in frames:
-        print(("\x1b[H\x1b[2J" if moving else "") + frame, flush=True)
-        if moving:
-            time.sleep(1 / fps)
-
-
-def _with_last_look(pictures: Iterable[np.ndarray], fps: int) -> Iterator[np.ndarray]:
-    """The pictures, the last of them for longer."""
-    for picture in pictures:
-        yield picture
-    yield from [picture] * (_LAST_LOOK * fps)
-
-
-def _outcome(episode: Episode, steps: range) -> str:
-    """A part of an episode in a line."""
-    last = min(steps.stop - 1, int(episode.times[-1]))
-    caught = int((episode.worlds[episode.times.index(last)].alive == 0).sum())
-    seen = [name for name, rows in seen_in(episode).items() if rows[steps.start : last + 1].any()]
-    what = ", ".join(seen) or "no behaviour that is known"
-    return f"{caught} of {episode.env.n_prey} prey caught by step {last}; {what}"
-
-
-def _pair(team: str, against: str) -> tuple[dict[Role, _Seat], EnvConfig]:
+def pair(team: str, against: str) -> tuple[dict[Role, Seat], EnvConfig]:
     """Both players by role, and the world of the first that says one; if none does, the paper's."""
-    players: dict[Role, _Seat] = {}
+    players: dict[Role, Seat] = {}
     seats = [(name, _load(name)) for name in (team, against)]
     for _, player in sorted(seats, key=lambda seat: isinstance(seat[1], Solution)):  # who can play both sides last
         role = _role(player, players)
@@ -236,21 +170,21 @@ def _assumed_world(name: str, team: Team) -> EnvConfig:
     return env
 
 
-def _world_of(player: _Seat, name: str) -> EnvConfig | None:
+def _world_of(player: Seat, name: str) -> EnvConfig | None:
     """Which one it was evolved or solved in; None if it does not say."""
     if isinstance(player, Solution):
         return player.config
     return _world(player, name) if isinstance(player, Team) else None
 
 
-def _check_fits(player: _Seat, role: Role, env: EnvConfig) -> None:
+def _check_fits(player: Seat, role: Role, env: EnvConfig) -> None:
     if isinstance(player, Team):
         player.check_fits(role, env)
     if isinstance(player, Solution) and not player.plays(env):
         raise ValueError(f"optimal play is known for {_words(player.config)}, got a match in {_words(env)}")
 
 
-def _role(player: _Seat, others: Mapping[Role, _Seat]) -> Role:
+def _role(player: Seat, others: Mapping[Role, Seat]) -> Role:
     """Its own; of who can play both, the one that is left."""
     if isinstance(player, Team):
         return player.role
@@ -258,7 +192,7 @@ def _role(player: _Seat, others: Mapping[Role, _Seat]) -> Role:
     return next((role for role in roles if role not in others), roles[0])
 
 
-def _load(name: str) -> _Seat:
+def _load(name: str) -> Seat:
     if name.startswith(_OPTIMAL):
         return Solution.load(name.removeprefix(_OPTIMAL))
     if name in NUMBERS and not Path(name).exists():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from esp_trainer.cli import teams
+from esp_trainer.cli import replay, teams
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import match
 from esp_trainer.presets import preset
@@ -252,7 +252,7 @@ def test_an_interrupt_ends_without_a_traceback(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(teams, "match", interrupt)
-    monkeypatch.setattr(teams, "play", interrupt)
+    monkeypatch.setattr(replay, "play", interrupt)
     outcome = esp_trainer(command, predators, "--against", prey)
     assert outcome.code == 130
     assert len(outcome.err.splitlines()) <= 1
