@@ -91,6 +91,10 @@ class EspConfig(Settings):
     prior_trials: float = Field(default=0.0, ge=0, le=1e9)
     """Trials of mean fitness that each neuron is scored with besides its own, so that few lucky trials count less."""
 
+    wait_above: float = Field(default=1.0, gt=0, le=1)
+    """A side that wins more than this fraction of its trials does not breed in that generation, so that the other can
+    catch up. Predators win as far as they catch the prey, prey as far as they are not caught; 1 for never."""
+
     fitness_sharing: bool = False
     """Competitive fitness sharing (Rosin & Belew 1997): what a team earns counts as its share of all that was earned
     against the same opponents, so that beating one that few beat is worth more. Here opponents are known by their

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -100,6 +100,10 @@ class Coevolution:
         sides, signals = self.sides.copy(), {}
         for role, population in populations.items():
             before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
+            if self._waits(role, trials[role]):
+                signals[role] = Signal(float("nan"), ties(trials[role].fitness))
+                sides[role] = replace(before, hall_of_fame=fames[role].with_champion(champions[role].genomes))
+                continue
             share: float | None = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
             # An algorithm of somebody's own need not say how much signal it had.
             signals[role] = Signal(float("nan") if share is None else share, ties(trials[role].fitness))
@@ -112,6 +116,11 @@ class Coevolution:
             "breeding": (perf_counter() - measured) + (asked_at - begun),
         }
         return Generation(number, trials, champions, spreads, signals, held_out, seconds), sides
+
+    def _waits(self, role: Role, trials: Trials) -> bool:
+        """Return whether a side wins so much that it does not breed, and lets the other side catch up."""
+        won = trials.caught if role == "predators" else 1.0 - trials.caught
+        return not self.fixed and won > self.config.esp.wait_above
 
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tracemalloc
 from dataclasses import replace
 from typing import Any
@@ -253,6 +254,35 @@ def test_candidates_meet_past_champions_where_both_sides_evolve(policies: dict[s
             famous = are_champions(evaluator.teams[batch][opponents], generations[:2], opponents)
             assert famous.shape == (15, 2)
             assert famous.any(axis=1).all()
+
+
+def test_a_side_that_wins_too_much_waits_and_the_other_breeds_as_ever():
+    config = small()
+    usual = Coevolution(config, new_sides(config), FusedEvaluator(config.env, threads=1))
+    first = usual.step(0)
+    caught = first.trials["predators"].caught
+    assert caught != 0.5
+    winner, loser = ("predators", "prey") if caught > 0.5 else ("prey", "predators")
+    waiting = small(wait_above=max(caught, 1 - caught) - 0.01)
+    run = Coevolution(waiting, new_sides(waiting), FusedEvaluator(config.env, threads=1))
+    begun = {role: side.subpopulations.genomes.copy() for role, side in run.evolving.items()}
+    generation = run.step(0)
+    assert np.array_equal(run.evolving[winner].subpopulations.genomes, begun[winner])
+    assert np.array_equal(run.evolving[loser].subpopulations.genomes, usual.evolving[loser].subpopulations.genomes)
+    assert math.isnan(generation.signals[winner].share)
+    assert generation.signals[winner].ties == first.signals[winner].ties
+    assert run.done == 1
+    assert [len(side.hall_of_fame) for side in run.evolving.values()] == [1, 1]
+    run.step(1)
+    assert run.done == 2
+
+
+def test_a_side_does_not_wait_for_a_script():
+    config = small(wait_above=0.001).replace(prey=SideConfig(policy="flee_nearest"))
+    run = Coevolution(config, new_sides(config), FusedEvaluator(config.env, threads=1))
+    begun = run.evolving["predators"].subpopulations.genomes.copy()
+    run.step(0)
+    assert (run.evolving["predators"].subpopulations.genomes != begun).any()
 
 
 def test_a_champion_is_remembered_to_win_as_far_as_it_won():
