@@ -1,1 +1,1 @@
-"""The game on small tori, solved exactly: a finite zero-sum game of simultaneous moves (Shapley 1953)."""
+"""Exact solution of the game on small tori: a finite zero-sum game of simultaneous moves (Shapley 1953)."""

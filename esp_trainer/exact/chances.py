@@ -1,8 +1,8 @@
-"""What a policy does in every state of a small torus: the chances of each agent's actions.
+"""A policy's action probabilities in every state of a small torus.
 
-A policy may treat agents differently, so that nothing stands for what looks alike: states are by their keys
-(:mod:`esp_trainer.exact.states`), those in which just the first prey is free, then just the second, then both, and so
-on in the order of the bits of a number.
+A policy may treat agents differently, so equivalent states are not merged: states are ordered by their keys
+(:mod:`esp_trainer.exact.states`). First come those in which only the first prey is free, then those with only the
+second, then those with both, and so on, in the order of the bits of a number.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from predprey_env.policies.opponents import ask
 from predprey_env.policies.protocol import MEMORY
 from predprey_env.policies.scripted import Script, follow
 
-_TOGETHER = 1 << 10  # states that a policy is asked about at a time: few enough for progress to be seen
-_ASKED_AGAIN = 500  # states, to see whether a policy is always of the same mind
+_TOGETHER = 1 << 10  # number of states per call of a policy: few enough to show progress
+_ASKED_AGAIN = 500  # number of states in which a policy is asked twice, to check that it always acts the same
 
 
 Progress: TypeAlias = Callable[[int], object]
@@ -42,14 +42,14 @@ def _unseen(n: int) -> None:
 
 
 class Survivors(NamedTuple):
-    """Who may be left of the prey, and where the states are in which it is they."""
+    """A subset of surviving prey and its slice of states."""
 
     prey: tuple[int, ...]
     keys: slice
 
 
 def survivors(config: EnvConfig) -> list[Survivors]:
-    """In the order of their states."""
+    """Return all subsets of surviving prey, in the order of their states."""
     found, end = [], 0
     for bits in range(1, 2**config.n_prey):
         prey = tuple(compress(range(config.n_prey), (bits >> i & 1 for i in range(config.n_prey))))
@@ -59,7 +59,7 @@ def survivors(config: EnvConfig) -> list[Survivors]:
 
 
 def views(config: EnvConfig, role: Role) -> np.ndarray:
-    """What every agent of a team sees in every state: float32 ``(n_states, n_agents, n_seen)``."""
+    """Return the observations of every agent of a team in every state: float32 ``(n_states, n_agents, n_seen)``."""
     shape, n_agents, games = config.team(role), config.n_agents, survivors(config)
     seen = np.zeros((games[-1].keys.stop, shape.n_agents, shape.n_seen), np.float32)
     first = 0 if role == "predators" else config.n_predators
@@ -73,7 +73,9 @@ def views(config: EnvConfig, role: Role) -> np.ndarray:
 
 @entry_point
 def _look(world: World, rules: Rules, first: int, rows: Any, cells: Any, seen: Any) -> None:
-    """``rows`` are those of the world for who is there."""
+    """Write the observations in every state with the same survivors to ``seen``; ``rows`` are the survivors' rows of
+    the world.
+    """
     for key in range(seen.shape[0]):
         read_key(key, rules.size * rules.size, rules.n_predators, cells)
         for i in range(len(rows)):
@@ -83,19 +85,19 @@ def _look(world: World, rules: Rules, first: int, rows: Any, cells: Any, seen: A
 
 
 def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> np.ndarray:
-    """The chances of each action of each agent of a team in every state, float64 ``(n_states, n_agents, n_actions)``.
+    """Return a policy's action probabilities in every state: float64 ``(n_states, n_agents, n_actions)``.
 
-    What it would do for caught prey is there too, and means nothing.
+    The array has probabilities for caught prey too; they mean nothing.
 
-    A policy must do in a position what it always does there, or say its chances by a method
-    ``chances(observations) -> {agent: chances}``, or ``chances_batch`` of many positions, from float32
-    ``(n, n_agents, n_seen)`` to ``(n, n_agents, n_actions)``; an attribute ``drawn`` that is false says that it takes
-    the most likely nevertheless. What remembers or draws otherwise, raises, or answers anything else is a
-    :class:`~esp_trainer.types.PolicyError`, in one line.
+    A policy must always act the same in a position, or return its probabilities from a method ``chances(observations)
+    -> {agent: chances}``, or from ``chances_batch`` for many positions, which maps float32 ``(n, n_agents, n_seen)`` to
+    ``(n, n_agents, n_actions)``. If it has an attribute ``drawn`` that is false, it takes the most likely action
+    although it has these methods. A policy that has memory or samples without returning probabilities, that raises, or
+    that returns anything else is a :class:`~esp_trainer.types.PolicyError`, in one line.
 
     Args:
-        policy: Meets the policy protocol.
-        role: Which team it plays.
+        policy: Policy that follows the policy protocol.
+        role: Team that it plays.
         config: The world.
         progress: Called with the number of states in which the policy has just been asked.
     """
@@ -106,7 +108,7 @@ def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _un
         found[part] = ask_in(policy, seen[part], role, config)
         progress(len(seen[part]))
     again = np.random.default_rng(0).choice(len(seen), min(_ASKED_AGAIN, len(seen)), replace=False)
-    # A network's probabilities depend a little on how many positions it is asked about at a time.
+    # The tolerance is wide because a network's probabilities depend slightly on the size of the batch.
     if not np.allclose(ask_in(policy, seen[again], role, config), found[again], atol=1e-3):
         raise PolicyError("the policy does not always do the same in a position: it remembers, or draws its actions")
     return found
@@ -114,7 +116,7 @@ def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _un
 
 @singledispatch
 def ask_in(policy: Any, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
-    """Return :func:`chances` in some states alone, given by what the agents see there ``(n, n_agents, n_seen)``."""
+    """Return :func:`chances` only in the states in which the agents observe ``seen``, ``(n, n_agents, n_seen)``."""
     n_actions = config.team(role).n_actions
     if callable(_attribute(policy, "chances_batch")) and _attribute(policy, "drawn", True):
         return _checked(_batch_chances(policy, seen, n_actions), seen, role)
@@ -124,7 +126,7 @@ def ask_in(policy: Any, seen: np.ndarray, role: Role, config: EnvConfig) -> np.n
 
 
 def _attribute(policy: Any, name: str, default: Any = None) -> Any:
-    """Return an attribute of a policy; :class:`PolicyError` from whatever a property raises."""
+    """Return an attribute of a policy; raise :class:`PolicyError` if reading it raises an exception."""
     try:
         return getattr(policy, name, default)
     except (Exception, SystemExit) as error:
@@ -146,7 +148,7 @@ def _named_error(error: BaseException) -> str:
 
 
 def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
-    """Return the policy's actions in some states, int ``(n_states, n_agents)``: asked and checked as in a match."""
+    """Return the policy's actions in some states, int ``(n_states, n_agents)``, asked and checked as in a match."""
     _call(policy, "reset", 0)
     try:
         if callable(_attribute(policy, "act_batch")):
@@ -158,7 +160,7 @@ def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> 
         return np.array([list(actions.values()) for actions in asked])
     except (RuntimeError, ValueError) as error:
         raise PolicyError(str(error)) from error
-    except Exception as error:  # of a mapping of its own
+    except Exception as error:  # raised by the policy's own mapping type
         raise PolicyError(f"the policy's actions cannot be read: {_named_error(error)}") from error
 
 
@@ -190,11 +192,11 @@ def _state_chances(policy: Any, state: np.ndarray, role: Role, n_actions: int) -
 
 
 def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> np.ndarray:
-    """Return an answer as float64 of a shape; :class:`PolicyError` if it is not one, or cannot be read."""
+    """Return an answer as float64 of a shape; raise :class:`PolicyError` if it has another shape or cannot be read."""
     reason = ""
     try:
         found = np.asarray(answer, float)
-    except (Exception, SystemExit) as error:  # as of a tensor that requires a gradient
+    except (Exception, SystemExit) as error:  # a tensor that requires a gradient, for example
         found, reason = np.empty(0), f": {_named_error(error)}"
     if found.shape != shape:
         raise PolicyError(f"{expected}, got {brief(answer)}{reason}")
@@ -202,7 +204,9 @@ def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> np.ndarray:
 
 
 def _checked(found: np.ndarray, seen: np.ndarray, role: Role) -> np.ndarray:
-    """Return chances ``(n_states, n_agents, n_actions)``; :class:`PolicyError` names the first that are none."""
+    """Return the probabilities ``(n_states, n_agents, n_actions)``; raise :class:`PolicyError` for the first invalid
+    ones.
+    """
     totals = found.sum(axis=2)
     wrong = (found < 0).any(axis=2) | ~np.isclose(totals, 1, atol=1e-6)
     if wrong.any():
@@ -236,6 +240,7 @@ def _team_chances(networks: Networks, seen: Any, out: Any) -> None:
             if not networks.controller.draws:
                 out[state, agent, most_votes(networks.controller, networks.votes)] = 1.0
                 continue
+            # accumulate() replaces the votes by the cumulative sums of their exponentials.
             total, before = float(accumulate(networks.controller, networks.votes)), 0.0
             for action in range(out.shape[2]):
                 out[state, agent, action] = (networks.votes[action] - before) / total
@@ -261,7 +266,7 @@ def _(policy: ScriptedTeam, seen: np.ndarray, role: Role, config: EnvConfig) -> 
 
 @entry_point
 def _script_actions(script: Script, seen: Any, out: Any, memory: Any) -> bool:
-    """Whether the script remembered nothing."""
+    """Write the script's actions to ``out``, and return whether it left its memory empty."""
     for state in range(out.shape[0]):
         for agent in range(out.shape[1]):
             out[state, agent] = follow(script, agent, seen[state, agent], memory, 0)

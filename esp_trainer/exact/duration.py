@@ -1,4 +1,4 @@
-"""Estimate the time to ask a policy, to solve a game or to answer a policy, by timing a sample of positions."""
+"""Estimates of the time to ask a policy, to solve a game or to compute a best response, from a sample of positions."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from esp_trainer.exact.states import states_of, turns_of
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig
 
-_SAMPLE = 1024  # positions: some tenths of a second at most, where the whole game can be solved at all
-_LONG_ENOUGH = 0.1  # s, to be measured well
+_SAMPLE = 1024  # number of positions; they take a few tenths of a second at most if the whole game can be solved at all
+_LONG_ENOUGH = 0.1  # shortest time, in seconds, that is measured precisely enough
 
 
 def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
-    """About how long :func:`~esp_trainer.exact.solution.solve` takes here. All steps take alike."""
+    """Estimate how many seconds :func:`~esp_trainer.exact.solution.solve` takes on this machine.
+
+    All steps take the same time.
+    """
     states = states_of(config.size, config.n_predators, config.n_prey)
     n_states = len(states.cells)
     first, last = _sample(int(states.first[-2]), n_states)
@@ -33,11 +36,11 @@ def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
 
 
 def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, float]:
-    """Return a policy's action probabilities in a sample of positions, ``(n, n_agents, n_actions)``, and about how many
-    seconds :func:`~esp_trainer.exact.chances.chances` takes to ask it in all positions.
+    """Return a policy's action probabilities in a sample of positions, ``(n, n_agents, n_actions)``, and an estimate of
+    how many seconds :func:`~esp_trainer.exact.chances.chances` takes to ask it in all positions.
     """
     seen, n, seconds = views(config, role), 1, 0.0
-    while True:  # a policy may take a microsecond a position or a second
+    while True:  # double the sample until it takes long enough: a policy may take a microsecond or a second a position
         part = seen[np.linspace(0, len(seen) - 1, n).astype(int)]
         seconds = _timed(ask_in, policy, part, role, config)
         if seconds > _LONG_ENOUGH or n == min(_SAMPLE, len(seen)):
@@ -46,13 +49,13 @@ def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, f
 
 
 def seconds_to_answer(sample: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> float:
-    """About how long :func:`~esp_trainer.exact.response.best_response` takes here.
+    """Estimate how many seconds :func:`~esp_trainer.exact.response.best_response` takes on this machine.
 
     Args:
-        sample: Of the fixed policy's action probabilities, ``(n, n_agents, n_actions)``.
-        role: Which side is fixed.
+        sample: Sample of the fixed policy's action probabilities, ``(n, n_agents, n_actions)``.
+        role: Side that is fixed.
         config: The world.
-        horizon: Steps of the longest episode.
+        horizon: Number of steps of the longest episode.
     """
     game, keys = response.parts_of(config)[-1]
     first, last = _sample(int(game.begins[-1]), keys.stop)
@@ -68,13 +71,13 @@ def seconds_to_answer(sample: np.ndarray, role: Role, config: EnvConfig, horizon
 
 
 def _sample(first: int, last: int) -> tuple[int, int]:
-    """From the middle, as agents are close together at the beginning."""
+    """Return the bounds of a sample from the middle of the states; at the beginning agents are close together."""
     middle = (first + last) // 2
     return max(first, middle - _SAMPLE // 2), min(last, middle + _SAMPLE // 2)
 
 
 def _timed(work: Callable[..., Any], *arguments: Any) -> float:
-    work(*arguments)  # compiles it, and fills the caches of the processor
+    work(*arguments)  # compile it and fill the processor's caches before the measurement
     begun = perf_counter()
     work(*arguments)
     return perf_counter() - begun

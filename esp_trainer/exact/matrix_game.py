@@ -9,42 +9,42 @@ import numpy as np
 from predprey_env.compilation import entry_point, rule
 
 _LEAST_COST = 1e-11
-"""A reduced cost below this counts as none: payoffs are shares in [0, 1], in double precision."""
+"""Reduced costs below this count as zero: payoffs are in [0, 1], in double precision."""
 _LEAST_PIVOT = 1e-9
-"""Likewise a pivot; smaller ones, which rounding leaves of zeros, would spoil the tableau."""
+"""Smallest pivot; smaller ones, left by rounding in place of zeros, would spoil the tableau."""
 _LARGEST_GAP = 1e-7
-"""Between what the two strategies secure: how exact a value is."""
+"""Largest gap between the payoffs that the two strategies secure, and so the precision of a value."""
 _GRAIN = 1e-8
-"""What payoffs are rounded to where they must be."""
+"""Unit to which payoffs are rounded if the unrounded game cannot be solved."""
 _PIVOTS = 10
-"""For each row and column; some five in all are usual."""
+"""Largest number of pivots for each row and column; about five in all are usual."""
 
 
 class Workspace(NamedTuple):
-    """What a game of ``m`` rows and ``n`` columns is solved in. The payoffs are the caller's to fill."""
+    """Scratch arrays for solving a game of ``m`` rows and ``n`` columns. The caller fills the payoffs."""
 
     payoffs: Any
-    """float64 ``(m, n)``: what the row player wins."""
+    """Payoffs of the row player: float64 ``(m, n)``."""
     tableau: Any
-    """float64 ``(m + 1, n + 1)``."""
+    """Condensed simplex tableau: float64 ``(m + 1, n + 1)``."""
     basis: Any
-    """int64 ``(m,)``: which variable each row of the tableau stands for."""
+    """Variable of each row of the tableau: int64 ``(m,)``."""
     free: Any
-    """int64 ``(n,)``: which variable each of its columns stands for."""
+    """Variable of each column of the tableau: int64 ``(n,)``."""
     support: Any
-    """int64 ``(n,)``: columns that the column player uses."""
+    """Columns that the column player uses: int64 ``(n,)``."""
     tight: Any
-    """int64 ``(n,)``: rows that limit it."""
+    """Rows that limit the column player: int64 ``(n,)``."""
     system: Any
-    """float64 ``(n, n + 1)``: the equations between the two."""
+    """Linear equations for the strategies, between ``support`` and ``tight``: float64 ``(n, n + 1)``."""
     rows: Any
-    """float64 ``(m,)``: the row player's equilibrium strategy."""
+    """Equilibrium strategy of the row player: float64 ``(m,)``."""
     columns: Any
-    """float64 ``(n,)``: the column player's."""
+    """Equilibrium strategy of the column player: float64 ``(n,)``."""
 
 
 def make_workspace(n_rows: int, n_columns: int) -> Workspace:
-    """A workspace for games of one size; each thread needs one of its own."""
+    """Return a workspace for games of one size; each thread needs its own."""
     return Workspace(
         np.zeros((n_rows, n_columns)),
         np.zeros((n_rows + 1, n_columns + 1)),
@@ -60,13 +60,13 @@ def make_workspace(n_rows: int, n_columns: int) -> Workspace:
 
 @rule
 def equilibrium(work: Workspace) -> float:
-    """The value of the game whose payoffs the workspace holds, all of them in [0, 1] or so; both strategies are left
-    there.
+    """Return the value of the game in the workspace, and write both equilibrium strategies there.
 
-    A saddle point if there is one; else the column player's linear programme, ``max sum(y)`` with
-    ``(payoffs + 1) y <= 1``, by the simplex method on a condensed tableau, and the row player's strategy is its dual.
-    What is found is checked: the two strategies must secure the same. If rounding has led the steepest ascent astray,
-    Bland's rule tries, then both with payoffs rounded to eight digits; if all fail the value is nan.
+    The payoffs are in [0, 1], or of that order. A saddle point is returned if there is one. Otherwise the simplex
+    method solves the column player's linear programme, ``max sum(y)`` with ``(payoffs + 1) y <= 1``, on a condensed
+    tableau; the row player's strategy is its dual. The result is checked: both strategies must secure the same payoff.
+    If rounding errors have spoilt steepest ascent, Bland's rule is tried, then both again with payoffs rounded to eight
+    digits. If all four fail, the value is nan.
     """
     row, column = saddle_point(work.payoffs)
     if row >= 0:
@@ -75,7 +75,7 @@ def equilibrium(work: Workspace) -> float:
         work.rows[row] = 1.0
         work.columns[column] = 1.0
         return work.payoffs[row, column]  # type: ignore[no-any-return]
-    for attempt in range(4):
+    for attempt in range(4):  # steepest ascent, Bland's rule, and both again with rounded payoffs
         if attempt == 2:
             _round(work.payoffs)
         value = _simplex(work, attempt % 2 == 0)
@@ -86,7 +86,7 @@ def equilibrium(work: Workspace) -> float:
 
 @rule
 def _round(payoffs: Any) -> None:
-    """Make payoffs equal that differ by less than counts."""
+    """Round the payoffs, so that payoffs whose difference is only a rounding error become equal."""
     for i in range(payoffs.shape[0]):
         for j in range(payoffs.shape[1]):
             payoffs[i, j] = np.round(payoffs[i, j] / _GRAIN) * _GRAIN
@@ -108,8 +108,9 @@ def _simplex(work: Workspace, steepest: bool) -> float:
 
 @rule
 def _strategies(work: Workspace, m: int, n: int) -> float:
-    """Both strategies and the value that belong to the basis, worked out anew from the payoffs: what pivots on small
-    numbers have done to the tableau does not matter.
+    """Return the value of the basis, and write both strategies.
+
+    They are computed anew from the payoffs, so that pivots on small numbers in the tableau do no harm.
     """
     k = 0
     for i in range(m):
@@ -135,14 +136,14 @@ def _strategies(work: Workspace, m: int, n: int) -> float:
 
 @rule
 def _solve_for_chances(system: Any, k: int, which: Any, chances: Any) -> float:
-    """Solve ``k`` equations whose right sides are 1; write the solution's shares of its sum, and return the sum."""
+    """Solve ``k`` equations whose right sides are 1; write the solution divided by its sum, and return the sum."""
     for i in range(k):
         system[i, k] = 1.0
     _eliminate(system, k)
     total = 0.0
     for i in range(k):
         total += system[i, k]
-    positive = 0.0  # rounding may leave one just below 0
+    positive = 0.0  # rounding may leave a probability just below 0, so negative ones count as 0
     for i in range(k):
         positive += max(0.0, system[i, k])
     for i in range(k):
@@ -152,7 +153,9 @@ def _solve_for_chances(system: Any, k: int, which: Any, chances: Any) -> float:
 
 @rule
 def _eliminate(system: Any, k: int) -> None:
-    """Solve ``k`` linear equations, whose right sides are the column after theirs; the solution takes their place."""
+    """Solve ``k`` linear equations by Gauss-Jordan elimination with pivoting. Column ``k`` holds their right sides; the
+    solution replaces it.
+    """
     for column in range(k):
         best = column
         for row in range(column + 1, k):
@@ -171,7 +174,7 @@ def _eliminate(system: Any, k: int) -> None:
 
 @rule
 def _gap(work: Workspace) -> float:
-    """How much more the row player may win against the column player's strategy than its own secures."""
+    """Return the row player's best payoff against the column player's strategy, minus what its own strategy secures."""
     m, n = work.payoffs.shape
     secured, allowed = np.inf, -np.inf
     for j in range(n):
@@ -189,7 +192,9 @@ def _gap(work: Workspace) -> float:
 
 @rule
 def saddle_point(payoffs: Any) -> Any:
-    """The first row and column whose payoff is the least of its row and the most of its column; (-1, -1) if none."""
+    """Return the first row and column whose payoff is the minimum of its row and the maximum of its column, or (-1,
+    -1).
+    """
     m, n = payoffs.shape
     safest, floor = 0, -1.0
     for i in range(m):
@@ -209,7 +214,7 @@ def saddle_point(payoffs: Any) -> Any:
 
 @rule
 def _begin(work: Workspace, m: int, n: int) -> None:
-    """The tableau at ``y = 0``: the slack variables, numbered from ``n`` on, are the basis."""
+    """Write the tableau at ``y = 0``: the slack variables, numbered from ``n`` on, are the basis."""
     for i in range(m):
         for j in range(n):
             work.tableau[i, j] = work.payoffs[i, j] + 1.0
@@ -223,7 +228,10 @@ def _begin(work: Workspace, m: int, n: int) -> None:
 
 @rule
 def _entering(work: Workspace, m: int, n: int, steepest: bool) -> int:
-    """Of the columns that would raise the sum the steepest, or that with the lowest variable; -1 if there is none."""
+    """Return the entering column among those that would raise the sum, or -1 if there is none.
+
+    It is the steepest column or, by Bland's rule, the column of the lowest variable.
+    """
     found = -1
     for j in range(n):
         if work.tableau[m, j] < -_LEAST_COST and (
@@ -237,7 +245,11 @@ def _entering(work: Workspace, m: int, n: int, steepest: bool) -> int:
 
 @rule
 def _leaving(work: Workspace, entering: int, m: int, n: int, steepest: bool) -> int:
-    """The row that limits the entering variable most; of equal ones that with the largest pivot or lowest variable."""
+    """Return the row that limits the entering variable most, or -1 if there is none.
+
+    Of rows with the same limit it is the one with the largest pivot or, by Bland's rule, the one of the lowest
+    variable.
+    """
     found, limit = -1, 0.0
     for i in range(m):
         pivot = work.tableau[i, entering]
@@ -277,10 +289,10 @@ def _solve(work: Workspace) -> float:
 
 
 def solve_game(payoffs: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Value, and an equilibrium strategy of each player, of the game in which the row player wins ``payoffs``.
+    """Return the value of a game, and an equilibrium strategy of the row player and of the column player.
 
     Args:
-        payoffs: Shares in [0, 1], ``(m, n)``; other numbers from 0 on, as long as they are of that size.
+        payoffs: Payoffs of the row player, ``(m, n)``: numbers in [0, 1], or of that order, at least 0.
     """
     work = make_workspace(*payoffs.shape)
     work.payoffs[:] = payoffs

@@ -1,4 +1,4 @@
-"""Exact best responses: one side's policy is fixed, the other side's decision process is solved."""
+"""Exact best responses: the policy of one side is fixed, and the other side's Markov decision process is solved."""
 
 from __future__ import annotations
 
@@ -26,64 +26,74 @@ from esp_trainer.types import Role
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
 
-_PART = 4096  # states a thread takes at a time
+_PART = 4096  # number of states that a thread takes at a time
 
 
 @dataclass(frozen=True)
 class Exploitability:
-    """How much a policy loses against its worst opponent, beside optimal play."""
+    """Loss of a policy against its worst opponent, compared with optimal play."""
 
     role: Role
     horizon: int
-    """Steps of an episode."""
+    """Number of steps of an episode."""
     optimal: float
-    """Share of prey caught when both sides play optimally, over all starts."""
+    """Fraction of prey caught over all starts if both sides play optimally."""
     exploited: float
-    """When the policy meets the best response to it."""
+    """Fraction of prey caught over all starts if the policy meets its best response."""
     optimal_by_even: list[float]
-    """By how many predators start at an even distance."""
+    """``optimal`` by the number of predators that start at an even distance."""
     exploited_by_even: list[float]
 
     @property
     def loss(self) -> float:
-        """What the policy loses: 0 for optimal play."""
+        """Fraction of prey that the policy loses compared with optimal play: 0 if it plays optimally."""
         return self.optimal - self.exploited if self.role == "predators" else self.exploited - self.optimal
 
 
 def exploitability(chances: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
-    """Of a policy by its action chances in every state (:func:`esp_trainer.exact.chances.chances`)."""
+    """Compute the exploitability of a policy from its action probabilities in every state.
+
+    ``chances`` are those that :func:`esp_trainer.exact.chances.chances` returns.
+    """
     return measured(best_response(chances, role, solution.config, horizon), role, solution, horizon)
 
 
 def measured(values: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
-    """From what a policy's best response takes of it, as :func:`best_response` returns it."""
+    """Compute the exploitability of a policy from the values of its best response, as :func:`best_response` returns
+    them.
+    """
     optimal, optimal_by_even = by_parity(solution, horizon)
     exploited, exploited_by_even = means_by_parity(values, solution)
     return Exploitability(role, horizon, optimal, exploited, optimal_by_even, exploited_by_even)
 
 
 def best_response(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> np.ndarray:
-    """How many prey are caught in an episode of ``horizon`` steps; see :func:`best_responses`."""
+    """Return the number of prey caught in an episode of ``horizon`` steps against a best response; see
+    :func:`best_responses`.
+    """
     *_, values = best_responses(chances, role, config, horizon)
     return values
 
 
 def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> Iterator[np.ndarray]:
-    """How many prey are caught in time from every state in which all are free, when the other side answers a fixed
-    policy optimally: for an episode of one step, of two, and so on.
+    """Yield the number of prey caught in time when the other side plays a best response to a fixed policy.
+
+    The first value is for an episode of one step, the second for an episode of two, and so on.
 
     Args:
-        chances: Of the fixed policy's actions, ``(n_states, n_agents, n_actions)``.
-        role: Which side is fixed.
+        chances: Action probabilities of the fixed policy, ``(n_states, n_agents, n_actions)``.
+        role: Side that is fixed.
         config: The world.
-        horizon: Steps of the longest episode.
+        horizon: Number of steps of the longest episode.
 
     Yields:
-        float64 ``(n_keys,)``. What states with a predator in a prey's cell hold means nothing.
+        float64 ``(n_keys,)``: the value of every state with all prey free. Values of states with a predator in a prey's
+            cell mean nothing.
     """
     turns, parts = turns_of(config), parts_of(config)
     later, now = np.zeros((2, len(chances)))
-    still = np.ones((*chances.shape[:2], 1)) if len(turns) > 1 else chances  # of who does not move in a turn
+    # A side that does not move in a turn has a single action, with probability 1.
+    still = np.ones((*chances.shape[:2], 1)) if len(turns) > 1 else chances
     with ThreadPoolExecutor(cores()) as pool:
         for _ in range(horizon):
             for moves in reversed(turns):
@@ -111,17 +121,18 @@ def is_moving(role: Role, moves: Moves) -> bool:
 
 
 class Game(NamedTuple):
-    """The part of the game in which certain prey are left."""
+    """The part of the game in which a given subset of the prey is left."""
 
     n_predators: int
     prey: Any
-    """Who: int64 ``(n_prey,)``."""
+    """Indices of the prey that are left: int64 ``(n_prey,)``."""
     begins: Any
-    """Where the states begin in which some of them are free, by the bits that say which: int64 ``(2 ** n_prey,)``."""
+    """Index of the first state in which a subset of ``prey`` is free, by the subset's bits: int64 ``(2 **
+    n_prey,)``."""
 
 
 def parts_of(config: EnvConfig) -> list[tuple[Game, slice]]:
-    """All states, in portions with the same prey left."""
+    """Return all states, in portions with the same prey left."""
     found, games = [], survivors(config)
     for prey, keys in games:
         begins = np.zeros(2 ** len(prey), np.int64)
@@ -140,15 +151,15 @@ class Room(NamedTuple):
     seen: Any
     actions: Any
     fixed: Any
-    """The fixed side's joint actions."""
+    """Joint actions of the fixed side."""
     answers: Any
-    """The other's."""
+    """Joint actions of the other side."""
     totals: Any
-    """What the latter lead to: float64 ``(n_joint,)``."""
+    """Expected number of prey caught after each answer: float64 ``(n_joint,)``."""
 
 
 def make_room(game: Game, moves: Moves, role: Role) -> Room:
-    """Each thread needs its own."""
+    """Return scratch arrays for a turn; each thread needs its own."""
     n_prey = len(game.prey)
     n_agents = game.n_predators + n_prey
     joints, flights = joint_actions(moves, game.n_predators, n_prey)
@@ -158,7 +169,9 @@ def make_room(game: Game, moves: Moves, role: Role) -> Room:
 
 
 def memory_for_response(config: EnvConfig, role: Role) -> int:
-    """Bytes, at most, that :func:`best_response` takes together with the chances that it is given."""
+    """Return the largest number of bytes that :func:`best_response` takes, including the probabilities that it is
+    given.
+    """
     shape = config.team(role)
     games = range(1, config.n_prey + 1)
     n_states = sum(comb(config.n_prey, n) * n_keys(config.size, config.n_predators, n) for n in games)
@@ -169,8 +182,9 @@ def memory_for_response(config: EnvConfig, role: Role) -> int:
 def best_answers(
     game: Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: Room
 ) -> None:
-    """The other side's best in the states from ``first`` on: the joint action after which fewest prey are caught, or
-    most.
+    """Compute the values of a best response in the states from ``first`` on, and write them to ``now``.
+
+    Its joint action minimises the number of prey caught if the predators are fixed, and maximises it if the prey are.
     """
     n_predators, n_prey = game.n_predators, len(game.prey)
     first_fixed, first_answer = (0, n_predators) if predators_fixed else (n_predators, 0)
@@ -198,7 +212,7 @@ def best_answers(
 
 @rule
 def _chance(game: Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
-    """Of a joint action of the fixed side."""
+    """Return the probability of a joint action of the fixed side."""
     chance = 1.0
     for i in range(len(joint)):
         chance *= chances[i if predators_fixed else game.prey[i], joint[i]]

@@ -1,4 +1,4 @@
-"""Values and equilibria of the game, by going back from its end (Shapley 1953)."""
+"""Values and equilibria of the game, by backward induction from its end (Shapley 1953)."""
 
 from __future__ import annotations
 
@@ -20,34 +20,35 @@ from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
 
-_PART = 1024  # states a thread takes at a time
-_CHUNK = 1 << 16  # keys that are counted at a time
-_COUNTABLE = 10**18  # bytes; what is more is not told exactly
+_PART = 1024  # number of states that a thread takes at a time
+_CHUNK = 1 << 16  # number of keys that are counted at a time
+_COUNTABLE = 10**18  # number of bytes above which an error says only "more than"
 
 
 @dataclass(frozen=True)
 class Solution:
     """The game of a world, solved for every number of steps left.
 
-    The predators win the number of prey that they catch in time, and choose together; so do the prey, who lose it.
+    The predators win the number of prey that they catch in time, and choose jointly. The prey lose the same number, and
+    choose jointly too.
     """
 
     config: EnvConfig
     states: States = field(repr=False)
     turns: tuple[Moves, ...] = field(repr=False)
-    """Of a time step: one, or two where the prey move first."""
+    """Turns of a time step: one, or two if the prey move first."""
     values: np.ndarray = field(repr=False)
-    """What the predators win under optimal play: float64 ``(horizon * len(turns) + 1, n_states)``, by turns left and
-    state."""
+    """Number of prey that the predators catch under optimal play, by turns left and state: float64 ``(horizon *
+    len(turns) + 1, n_states)``."""
 
     @property
     def horizon(self) -> int:
-        """The longest game that is solved, in steps."""
+        """Length of the longest solved game, in steps."""
         return (len(self.values) - 1) // len(self.turns)
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """How many starts each state with all prey free stands for, float64 ``(n_states of them,)``."""
+        """Number of starts that each state with all prey free represents: float64, one for each of these states."""
         first, number = self.states.first[-2], self.number
         found = np.zeros(len(self.states.cells) - first)
         for begin in range(0, len(number), _CHUNK):
@@ -57,24 +58,28 @@ class Solution:
 
     @cached_property
     def even(self) -> np.ndarray:
-        """How many pairs of a predator and a prey are at an even distance in each of them, int likewise."""
+        """Number of predator-prey pairs at an even distance in each state with all prey free: int, one for each of
+        these states.
+        """
         cells = self.states.cells[self.states.first[-2] :]
         far = distances(np.stack(np.divmod(cells, self.config.size), axis=-1), self.config)
         return np.asarray((far % 2 == 0).sum(axis=(1, 2)))
 
     @property
     def number(self) -> np.ndarray:
-        """Which state stands for each key with all prey free."""
+        """Representative state of each key with all prey free."""
         return np.asarray(self.states.number[self.states.first_key[-2] :])
 
     def plays(self, env: EnvConfig) -> bool:
-        """Whether a world has the same moves, whatever it counts and however long it lasts."""
+        """Return whether a world has the same moves as the solved one; its fitness and its time limit may differ."""
         same = ("size", "n_predators", "n_prey", "move_order", "swap_captures", "predator_idle")
         return all(getattr(env, field) == getattr(self.config, field) for field in same)
 
     def value(self, cells: np.ndarray, steps: int) -> np.ndarray:
-        """How many prey are caught from states in which all are free: int cells ``size * x + y`` of all agents,
-        ``(..., n_agents)``; no predator is in a prey's.
+        """Return the number of prey caught from states in which all prey are free, with ``steps`` steps left.
+
+        ``cells`` are the cells ``size * x + y`` of all agents, int ``(..., n_agents)``; no predator is in a prey's
+        cell.
         """
         size, first = self.config.size, self.config.n_predators
         x, y = np.divmod(cells, size)
@@ -83,12 +88,15 @@ class Solution:
         return np.asarray(self.values[steps * len(self.turns), self.number[keys]])
 
     def save(self, path: Path | str) -> None:
-        """Write the values to a file; the rest follows from the world."""
+        """Write the values to a file; everything else follows from the world."""
         write_arrays(Path(path), "solved game", {"env": self.config.model_dump()}, {"values": self.values})
 
     @classmethod
     def load(cls, path: Path | str) -> Solution:
-        """Read what :meth:`save` wrote; :class:`~esp_trainer.files.DamagedFileError` if it is not that."""
+        """Read a file that :meth:`save` wrote.
+
+        Raises :class:`~esp_trainer.files.DamagedFileError` for any other file.
+        """
         header, arrays = read_arrays(Path(path), "solved game")
         try:
             config, values = EnvConfig.from_dict(header["env"]), arrays["values"]
@@ -103,17 +111,17 @@ class Solution:
 
 
 def memory_needed(config: EnvConfig, horizon: int) -> int:
-    """Bytes, at most or nearly so, that :func:`solve` takes."""
+    """Return the number of bytes that :func:`solve` takes, at most or nearly so."""
     size, n_predators = config.size, config.n_predators
     n_turns = horizon * (2 if config.move_order == "prey_first" else 1)
-    # Its values and cells, and what their distances are worked out in.
+    # Values and cells of a state, and scratch memory for its distances.
     a_state = 8 * (n_turns + 1) + 8 * config.n_agents + 64 * config.n_predators * config.n_prey
     games = range(1, config.n_prey + 1)
     return sum(4 * n_keys(size, n_predators, n) + a_state * about_n_states(size, n_predators, n) for n in games)
 
 
 def check_memory(n_bytes: int) -> None:
-    """Raise :class:`MemoryError` with the figure if so much is not free, where the system tells."""
+    """Raise :class:`MemoryError` with the figures if ``n_bytes`` are not free, where the system reports free memory."""
     facts = Path("/proc/meminfo")
     if facts.exists():
         kilobytes = next(line.split()[1] for line in facts.read_text().splitlines() if line.startswith("MemAvailable"))
@@ -129,13 +137,13 @@ def solve(
 
     Args:
         config: The world; its time limit does not matter.
-        horizon: For up to so many steps left.
-        watch: Called with the share of the positions that are solved, now and then.
-        threads: How many to use; by default one for each core.
+        horizon: Largest number of steps left.
+        watch: Called now and then with the fraction of the positions that are solved.
+        threads: Number of threads; by default one for each core.
 
     Raises:
-        MemoryError: More is needed than is free.
-        ArithmeticError: Rounding has spoilt positions beyond repair.
+        MemoryError: More memory is needed than is free.
+        ArithmeticError: Rounding errors left positions without an equilibrium.
     """
     check_memory(memory_needed(config, horizon))
     states, turns = states_of(config.size, config.n_predators, config.n_prey), turns_of(config)
@@ -160,29 +168,30 @@ def solve(
 
 
 def _parts(states: States) -> Iterator[range]:
-    """The states in portions with equally many prey left."""
+    """Yield the states in portions with the same number of prey left."""
     for first, last in zip(states.first[:-1].tolist(), states.first[1:].tolist(), strict=True):
         for begin in range(first, last, _PART):
             yield range(begin, min(begin + _PART, last))
 
 
 class Room(NamedTuple):
-    """What the game of a position is worked out in, with so many prey left."""
+    """Scratch arrays for solving the game of a position with a given number of prey left."""
 
     work: Workspace
     seen: Any
-    """int64 ``(n_prey, n_agents)``: everybody's cell, seen from each prey."""
+    """Cell of every agent, seen from each prey: int64 ``(n_prey, n_agents)``."""
     actions: Any
-    """int64 ``(n_agents,)``."""
+    """Action of every agent: int64 ``(n_agents,)``."""
     joints: Any
-    """The predators' joint actions; see :func:`joint_actions`."""
+    """Joint actions of the predators; see :func:`joint_actions`."""
     flights: Any
-    """The prey's."""
+    """Joint actions of the prey."""
 
 
 def joint_actions(moves: Moves, n_predators: int, n_prey: int) -> tuple[np.ndarray, np.ndarray]:
-    """All that the predators can do in a turn, and all that the prey can: an action for each agent of the team, int64
-    ``(n_joint, n_agents)``.
+    """Return all joint actions of the predators in a turn, and all of the prey.
+
+    A joint action is an action for each agent of the team: int64 ``(n_joint, n_agents)``.
     """
     n_actions, n_prey_actions = moves.cell.shape[1:]
     predators = list(product(range(n_actions), repeat=n_predators))
@@ -190,7 +199,7 @@ def joint_actions(moves: Moves, n_predators: int, n_prey: int) -> tuple[np.ndarr
 
 
 def make_room(n_predators: int, n_prey: int, moves: Moves) -> Room:
-    """Each thread needs its own."""
+    """Return scratch arrays for a turn; each thread needs its own."""
     n_agents = n_predators + n_prey
     joints, flights = joint_actions(moves, n_predators, n_prey)
     work = make_workspace(len(joints), len(flights))
@@ -199,7 +208,7 @@ def make_room(n_predators: int, n_prey: int, moves: Moves) -> Room:
 
 @entry_point
 def back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last: int, room: Room) -> None:
-    """The values of some states, from those with a turn less."""
+    """Compute the values of some states from the values with one turn less."""
     for state in range(first, last):
         fill_payoffs(states.cells[state], states, moves, later, room)
         now[state] = equilibrium(room.work)
@@ -207,7 +216,7 @@ def back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last
 
 @rule
 def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, room: Room) -> None:
-    """The matrix game of a state: what predators win by their joint action, and by the prey's."""
+    """Write the matrix game of a state: the predators' payoff for each joint action of theirs and of the prey."""
     n_prey, n_agents = room.seen.shape
     look_round(cells, moves.size, room.seen)
     for column in range(len(room.flights)):
@@ -221,7 +230,7 @@ def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, room: Roo
 
 @rule
 def look_round(cells: Any, size: int, seen: Any) -> None:
-    """Everybody's cell, seen from each prey."""
+    """Write the cell of every agent, seen from each prey, to ``seen``."""
     n_prey, n_agents = seen.shape
     for prey in range(n_prey):
         for i in range(n_agents):
@@ -230,16 +239,14 @@ def look_round(cells: Any, size: int, seen: Any) -> None:
 
 @rule
 def assign(joint: Any, actions: Any, first: int) -> None:
-    """Give a joint action to those who take it, from the ``first`` of them on."""
+    """Copy a joint action to the actions of its team, whose first agent is ``first``."""
     for i in range(len(joint)):
         actions[first + i] = joint[i]
 
 
 @rule
 def after_turn(seen: Any, actions: Any, moves: Moves) -> tuple[int, int, int]:
-    """How many prey are free after a turn, which, as bits, and the key of the state that they and the predators are in
-    then.
-    """
+    """Return the number of prey that are free after a turn, the bits that say which, and the key of their new state."""
     n_prey, n_agents = seen.shape
     n_predators, n_cells = n_agents - n_prey, moves.size * moves.size
     left, free, first = 0, 0, 0
@@ -263,23 +270,25 @@ def after_turn(seen: Any, actions: Any, moves: Moves) -> tuple[int, int, int]:
 
 
 def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
-    """Mean share of the prey that is caught over all starts, and over those with 0, 1, 2, ... predators at an even
-    distance; see :func:`means_by_parity`.
+    """Return the mean fraction of prey caught over all starts, and over those with 0, 1, 2, ... predators at an even
+    distance.
+
+    See :func:`means_by_parity`.
     """
     caught = solution.values[steps * len(solution.turns), solution.states.first[-2] :]
     return _means(caught, solution.weights, solution.even, solution.config)
 
 
 def means_by_parity(values: np.ndarray, solution: Solution) -> tuple[float, list[float]]:
-    """Means over all starts, and by how many predators are at an even distance, of a share of the prey that is caught.
+    """Return the mean fraction of prey caught over all starts, and by the number of predators at an even distance.
 
-    A start has no predator in a prey's cell; all starts count alike. (The environment places the prey last, so that
-    there starts in which predators share a cell are a little rarer.) With more prey it counts pairs of a predator and
-    a prey at an even distance; nan stands for numbers of them that cannot be.
+    A start has no predator in a prey's cell; all starts have equal weight. (The environment places the prey last, so
+    starts in which predators share a cell are a little rarer there.) With several prey, the number counts pairs of a
+    predator and a prey at an even distance; the mean of a number that cannot occur is nan.
 
     Args:
-        values: How many prey are caught, for each key with all prey free, ``(n_keys,)``.
-        solution: Of the same game.
+        values: Number of prey caught, for each key with all prey free, ``(n_keys,)``.
+        solution: Solution of the same game.
     """
     starts = solution.number >= 0
     even = solution.even[solution.number[starts] - solution.states.first[-2]]

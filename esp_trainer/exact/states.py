@@ -1,8 +1,8 @@
-"""The states of the game of predators and prey on a small torus: where everybody is, seen from the first free prey.
+"""States of the game of predators and prey on a small torus: the agents' positions relative to the first free prey.
 
-An agent's *cell* is the number ``size * dx + dy`` of its offset from that prey. Which predator is where makes no
-difference, nor which prey, and neither does turning or mirroring the torus: of all states that come to the same, one
-stands for all. Caught prey are gone, so that a game of two prey goes on as one of one.
+An agent's *cell* is the number ``size * dx + dy`` of its offset from that prey. Predators are interchangeable, and so
+are prey, and turning or mirroring the torus changes nothing: one representative stands for all equivalent states.
+Caught prey are removed, so a game of two prey continues as a game of one.
 """
 
 from __future__ import annotations
@@ -20,47 +20,51 @@ from predprey_env.torus import wrap
 
 
 class Moves(NamedTuple):
-    """What a turn makes of a cell, by the action of who is there and by that of the prey from which it is seen. Who
-    does not move in the turn has one action.
+    """Changes of an agent's cell in a turn, by its own action and by the action of the prey from which it is seen.
+
+    An agent that does not move in the turn has one action.
     """
 
     size: int
-    """Of the torus."""
+    """Side of the torus, in cells."""
 
     cell: Any
-    """A predator's cell afterwards: int32 ``(n_cells, n_predator_actions, n_prey_actions)``."""
+    """Cell of a predator after the turn: int32 ``(n_cells, n_predator_actions, n_prey_actions)``."""
     caught: Any
-    """Whether it has the prey, bool likewise."""
+    """True if the predator catches the prey: bool ``(n_cells, n_predator_actions, n_prey_actions)``."""
     apart: Any
-    """Another prey's cell afterwards: int32 ``(n_cells, n_prey_actions, n_prey_actions)``."""
+    """Cell of another prey after the turn: int32 ``(n_cells, n_prey_actions, n_prey_actions)``."""
 
 
 class States(NamedTuple):
-    """All states, numbered: those in which one prey is left first, then those with two, and so on.
+    """The states of the game, numbered: first those with one prey left, then those with two, and so on.
 
-    A *key* is the place of a state among all that have as many prey: the cells of all but the first prey as digits, the
-    predators first.
+    A *key* is the index of a position among all positions with the same number of prey. Its digits are the cells of all
+    agents except the first prey, the predators first.
     """
 
     cells: Any
-    """Everybody's in the states that stand for others, the predators' ascending, that of the first prey 0: int32
-    ``(n_states, n_agents)``; -1 for who is caught."""
+    """Cells of all agents in the representative states: int32 ``(n_states, n_agents)``.
+
+    The predators' cells ascend, the first prey's cell is 0, and the cell of a caught prey is -1."""
     number: Any
-    """Which of them stands for each: int32, one game's keys after the other's; -1 where a predator has a prey."""
+    """Representative state of each key, -1 if a predator is in a prey's cell: int32, first the keys with one prey, then
+    those with two, and so on."""
     first_key: Any
-    """Where the keys with 1, 2, ... prey begin in ``number``, and how long it is: int64 ``(n_prey + 1,)``."""
+    """Index in ``number`` of the first key with 1, 2, ... prey, and the length of ``number``: int64 ``(n_prey +
+    1,)``."""
     first: Any
-    """Likewise the states, int64 ``(n_prey + 1,)``."""
+    """Index of the first state with 1, 2, ... prey, and the number of states: int64 ``(n_prey + 1,)``."""
 
 
 def turns_of(config: EnvConfig) -> tuple[Moves, ...]:
-    """The turns of a time step, one after the other."""
+    """Return the turns of a time step, in order."""
     turns = (PREY, PREDATORS) if config.move_order == "prey_first" else (EVERYBODY,)
     return tuple(_moves_of(config, turn) for turn in turns)
 
 
 def _moves_of(config: EnvConfig, turn: int) -> Moves:
-    """Worked out by the rules of the world themselves, for two agents at a time, as no others get in their way."""
+    """Compute the moves of a turn by applying the rules of the world to two agents at a time."""
     n_cells, rules = config.size**2, config.rules
     n_actions = 1 if turn == PREY else config.n_predator_actions
     n_prey_actions = 1 if turn == PREDATORS else config.n_prey_actions
@@ -68,6 +72,7 @@ def _moves_of(config: EnvConfig, turn: int) -> Moves:
     moves = Moves(config.size, np.zeros(hunt, np.int32), np.zeros(hunt, np.bool_), np.zeros(flight, np.int32))
     world = World(np.zeros(2, np.int32), np.zeros(2, np.int32), np.ones(2, np.int32))
     actions, nobody = np.zeros(2, np.int32), np.zeros(flight, np.bool_)
+    # Agents do not block each other, so two at a time tell the moves of all.
     _fill_moves(moves.cell, moves.caught, turn, rules._replace(n_predators=1, n_prey=1), world, actions)
     _fill_moves(moves.apart, nobody, turn, rules._replace(n_predators=0, n_prey=2), world, actions)
     return moves
@@ -75,7 +80,7 @@ def _moves_of(config: EnvConfig, turn: int) -> Moves:
 
 @entry_point
 def _fill_moves(after: Any, caught: Any, turn: int, rules: Rules, world: World, actions: Any) -> None:
-    """Of an agent in each cell, seen from a prey, the second agent."""
+    """Write the moves of an agent in each cell, seen from a prey, to ``after`` and ``caught``."""
     size = rules.size
     for cell in range(after.shape[0]):
         for action in range(after.shape[1]):
@@ -90,18 +95,21 @@ def _fill_moves(after: Any, caught: Any, turn: int, rules: Rules, world: World, 
 
 
 def n_keys(size: int, n_predators: int, n_prey: int) -> int:
-    """How many keys there are with so many prey left."""
+    """Return the number of keys with ``n_prey`` prey left."""
     return int((size * size) ** (n_predators + n_prey - 1))
 
 
 def about_n_states(size: int, n_predators: int, n_prey: int) -> int:
-    """Somewhat more than there are states with so many prey left: those that look like themselves add to the share."""
-    images = 8 * factorial(n_predators) * factorial(n_prey)
+    """Return an estimate, somewhat too high, of the number of states with ``n_prey`` prey left.
+
+    Most states have ``images`` equivalent keys. The second term allows for symmetric states, which have fewer.
+    """
+    images = 8 * factorial(n_predators) * factorial(n_prey)  # eight symmetries of the torus, and all orders of agents
     return int(n_keys(size, n_predators, n_prey) // images + size ** (n_predators + n_prey - 1))
 
 
 def states_of(size: int, n_predators: int, n_prey: int = 1) -> States:
-    """Every state in which no predator has a prey."""
+    """Return all states in which no predator is in a prey's cell."""
     keys = np.cumsum([0, *(n_keys(size, n_predators, left) for left in range(1, n_prey + 1))])
     number = np.full(keys[-1], -1, np.int32)
     first, cells = [0], []
@@ -117,13 +125,15 @@ def states_of(size: int, n_predators: int, n_prey: int = 1) -> States:
 
 
 def _orders(n_predators: int, n_prey: int) -> np.ndarray:
-    """In which agents can stand for one another, int32 ``(n_orders, n_agents)``."""
+    """Return the orders in which agents are interchangeable, int32 ``(n_orders, n_agents)``."""
     predators, prey = range(n_predators), range(n_predators, n_predators + n_prey)
     return np.array([a + b for a, b in product(permutations(predators), permutations(prey))], np.int32)
 
 
 def symmetries(size: int) -> np.ndarray:
-    """Where turning and mirroring about the first prey takes each cell, int32 ``(8, n_cells)``."""
+    """Return the cell to which each of the eight symmetries about the first prey maps each cell, int32 ``(8,
+    n_cells)``.
+    """
     dx, dy = np.divmod(np.arange(size * size), size)
     images = [(a * dx, b * dy) for a in (1, -1) for b in (1, -1)]
     images += [(y, x) for x, y in images]
@@ -131,20 +141,24 @@ def symmetries(size: int) -> np.ndarray:
 
 
 def _count(n_cells: int, n_predators: int, n_prey: int) -> int:
-    """States in which one order of the predators stands for all: more than there are."""
+    """Return an upper bound on the number of states: the positions, counted without regard to the order of the
+    predators.
+    """
     return int(comb(n_cells + n_predators - 1, n_predators) * n_cells ** (n_prey - 1))
 
 
 @rule
 def seen_from(cell: int, origin: int, size: int) -> int:
-    """A cell, seen from an agent in another instead of from the first prey."""
+    """Return a cell as seen from an agent in the cell ``origin`` instead of from the first prey."""
     dx = wrap(cell // size - origin // size, size)
     return dx * size + wrap(cell % size - origin % size, size)  # type: ignore[no-any-return]
 
 
 @rule
 def read_key(key: int, n_cells: int, n_predators: int, cells: Any) -> bool:
-    """A key's digits, with the first prey's cell, 0, among them; whether no predator has a prey there."""
+    """Write a key's digits to ``cells``, with the first prey's cell, 0, among them; return whether no predator is in a
+    prey's cell.
+    """
     for i in range(len(cells) - 1, -1, -1):
         cells[i] = 0
         if i != n_predators:
@@ -161,16 +175,17 @@ def read_key(key: int, n_cells: int, n_predators: int, cells: Any) -> bool:
 def _number(
     number: Any, cells: Any, first: int, size: int, symmetries: Any, orders: Any, n_predators: int, scratch: Any
 ) -> int:
-    """Number the states with so many prey left, from ``first`` on, in the order in which the first of each kind is met;
-    returns how many there are.
+    """Number the states with the same number of prey, from ``first`` on, and return how many there are.
 
-    ``orders`` are of all agents, ``scratch`` is int32 ``(2, n_agents)``.
+    States are numbered in the order in which the first key of each is met. ``orders`` are orders of all agents;
+    ``scratch`` is int32 ``(2, n_agents)``.
     """
     n_cells, n_agents, found = symmetries.shape[1], scratch.shape[1], 0
     place, image = scratch[0], scratch[1]
     for key in range(len(number)):
         if number[key] >= 0 or not read_key(key, n_cells, n_predators, place):
             continue
+        # Give the new state's number to the keys of all equivalent positions: every order of agents, every symmetry.
         for order in range(len(orders)):
             origin = place[orders[order, n_predators]]
             for i in range(n_agents):

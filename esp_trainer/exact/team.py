@@ -15,17 +15,18 @@ from predprey_env.policies.names import PREFIXES, agent_number, other_team
 
 
 class OptimalTeam:
-    """Plays one side of a solved game, optimally.
+    """A team that plays one side of a solved game optimally.
 
-    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. A team draws its joint action, so all
-    of it must be asked together, once a step; :func:`predprey_env.team_view`, :func:`predprey_env.vector_env` and most
-    loops over :func:`predprey_env.parallel_env` do. Where teams move in turns it must be asked in its own only. What is
-    drawn follows from the seed. The equilibrium is worked out anew for each position, from the values of the next.
+    It follows the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. A team samples a joint action, so
+    all its agents must be asked together, once a step; :func:`predprey_env.team_view`, :func:`predprey_env.vector_env`
+    and most loops over :func:`predprey_env.parallel_env` do this. If teams move in turns, the team must be asked only
+    in its own. Its samples follow from the seed. The equilibrium of each position is computed when it is met, from the
+    values of the next positions.
 
     Args:
-        role: Whom it plays.
-        solution: For as many steps at least as an episode can have left.
-        n_steps: Steps of an episode; by default the time limit of the solved world.
+        role: Team that it plays.
+        solution: Solution for at least as many steps as an episode can have left.
+        n_steps: Number of steps of an episode; by default the time limit of the solved world.
     """
 
     def __init__(self, role: Role, solution: Solution, n_steps: int | None = None) -> None:
@@ -36,21 +37,23 @@ class OptimalTeam:
         self.role = role
         self.solution = solution
         self.turn = 0 if role == "prey" else len(solution.turns) - 1
-        """Which of a step's turns it moves in."""
+        """Index of the turn of a step in which the team moves."""
         self._rooms = [make_room(config.n_predators, n, solution.turns[self.turn]) for n in range(1, config.n_prey + 1)]
         self.reset()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> OptimalTeam:
-        """The same player at another board: many worlds share the solution."""
+        """Return a new player of the same side: the copies in many worlds share the solution."""
         return OptimalTeam(self.role, self.solution, self.n_steps)
 
     def reset(self, seed: int | None = None) -> None:
-        """Start an episode. Both sides may be given the same seed, and draw apart nevertheless."""
+        """Start an episode. Both sides may be given the same seed; their samples are independent all the same."""
         self._generator = np.random.default_rng(None if seed is None else (seed, ROLES.index(self.role)))
         self._steps_left = self.n_steps
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent of the team, from the offsets that they see; of a caught prey it means nothing."""
+        """Return an action for each agent of the team, from the offsets that they see; a caught prey's action means
+        nothing.
+        """
         others = PREFIXES[other_team(self.role)]
         names = {agent_number(agent): agent for agent in observations if not agent.startswith(others)}
         if not names:
@@ -66,8 +69,9 @@ class OptimalTeam:
         return {names[number]: action for number, action in actions.items()}
 
     def strategies(self, cells: np.ndarray, steps_left: int) -> tuple[np.ndarray, np.ndarray]:
-        """Chances of the predators' joint actions and of the prey's, when it is the team's turn: by the cells
-        ``size * x + y`` of the predators and of the free prey.
+        """Return the probabilities of the predators' joint actions and of the prey's, in the turn of this team.
+
+        ``cells`` are the cells ``size * x + y`` of the predators and of the free prey.
         """
         solution = self.solution
         room = self._rooms[len(cells) - solution.config.n_predators - 1]
@@ -77,14 +81,15 @@ class OptimalTeam:
         return room.work.rows, room.work.columns
 
     def position(self, seen: dict[int, np.ndarray]) -> tuple[np.ndarray, list[int]]:
-        """Where the predators and the free prey are, as cells seen from one of them, and which prey are free, from what
-        each agent of the team sees.
+        """Return the cells of the predators and the free prey, relative to one agent, and the indices of the free prey.
+
+        ``seen`` maps the index of each agent of the team to its observation.
         """
         config = self.solution.config
         views = {number: np.asarray(view).reshape(-1, 2).astype(np.int64) for number, view in seen.items()}
         if self.role == "prey":
             free = [number for number in sorted(views) if views[number].any()]
-            # The prey as the first predator sees them.
+            # Offsets of the prey seen from the first predator, as predators observe them.
             prey = [-views[number][0] for number in free]
             predators = [offset + prey[0] for offset in views[free[0]]] if free else []
         else:
@@ -97,7 +102,7 @@ class OptimalTeam:
         return x * config.size + y, free
 
     def _draw(self, chances: np.ndarray) -> int:
-        """An index, with those chances."""
+        """Sample an index with the given probabilities."""
         bounds = np.cumsum(chances)
         return int(np.searchsorted(bounds, self._generator.random() * bounds[-1], side="right"))
 
