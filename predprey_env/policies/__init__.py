@@ -1,4 +1,4 @@
-"""Policies that play a team: the protocol that they meet, and scripted teams to evolve, train and compare against."""
+"""Policies that play a team: the policy protocol, and scripted teams to evolve, train and compare against."""
 
 from predprey_env.policies.names import SCRIPTS, PredatorScript, PreyScript
 from predprey_env.policies.protocol import Policy

@@ -1,4 +1,4 @@
-"""What the scripts and the agents of a team are called."""
+"""Names of the scripts, and of the agents of a team."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ PredatorScript: TypeAlias = Literal["random", "greedy_chase", "parity_chase", "i
 PreyScript: TypeAlias = Literal["random", "flee_nearest", "flee_centroid", "run_straight"]
 
 SCRIPTS: dict[TeamName, tuple[str, ...]] = {"predators": get_args(PredatorScript), "prey": get_args(PreyScript)}
-"""The scripts that each team can play."""
+"""Names of the scripts that each team can play."""
 
 PREFIXES: dict[TeamName, str] = {"predators": "predator_", "prey": "prey_"}
-"""How the names of a team's agents begin; they end in the agent's number."""
+"""Beginnings of the names of each team's agents; a name ends in the agent's number."""
 
 
 def other_team(team: TeamName) -> TeamName:
-    """The one that plays against a team."""
+    """Return the opposing team."""
     return "prey" if team == "predators" else "predators"
 
 
 def agent_number(agent: str) -> int:
-    """The number at the end of an agent's name; :class:`ValueError` if there is none."""
+    """Return the number at the end of an agent's name; raise :class:`ValueError` if there is none."""
     number = agent.rpartition("_")[2]
     if not number.isdecimal():
         raise ValueError(f"{agent} must end in an underscore and the agent's number")

@@ -1,4 +1,4 @@
-"""Whoever plays the other team: named, given as a policy, or as a function."""
+"""Opponents of a trained team: the name of a script, a policy, or a function."""
 
 from __future__ import annotations
 
@@ -20,21 +20,24 @@ Opponent: TypeAlias = str | Policy | Function
 
 
 class FunctionPolicy:
-    """A function that remembers nothing, as a policy."""
+    """A function without memory, as a policy."""
 
     def __init__(self, function: Function) -> None:
         self._function = function
 
     def reset(self, seed: int | None = None) -> None:
-        """Nothing to forget."""
+        """Do nothing: a function has no memory."""
 
     def act(self, observations: dict[str, np.ndarray]) -> Mapping[str, int]:
-        """What the function says."""
+        """Return the actions that the function chooses."""
         return self._function(observations)
 
 
 def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig, named: str = "opponent") -> Policy:
-    """The policy that plays a team; :class:`ValueError` for what cannot be one, ``named`` so in errors."""
+    """Return the policy that plays a team; raise :class:`ValueError` if the opponent cannot be one.
+
+    Error messages call the opponent ``named``.
+    """
     if isinstance(opponent, str):
         return ScriptedTeam.of(opponent, team, env)
     if isinstance(opponent, type):
@@ -45,7 +48,7 @@ def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig, named: str = "
         for name in has:
             call = _CALLS[name]
             _check_call(getattr(opponent, name), call, f"{named}'s {name}() cannot be called as {call}")
-        compiled_player(opponent, team, env, 0, named)  # type: ignore[arg-type] # or it does not fit
+        compiled_player(opponent, team, env, 0, named)  # type: ignore[arg-type] # raises if it does not fit the world
         return opponent  # type: ignore[return-value]
     if callable(opponent) and "act" not in has:
         _check_call(opponent, _CALLS["act"], f"{named} cannot be called with the observations alone")
@@ -71,7 +74,7 @@ def _check_call(function: Callable[..., Any], call: str, otherwise: str) -> None
     """Raise :class:`ValueError` that begins with ``otherwise`` unless a function takes the arguments of a call."""
     try:
         called = signature(function)
-    except (TypeError, ValueError):  # some built-in functions do not say
+    except (TypeError, ValueError):  # some built-in functions have no signature
         return
     try:
         called.bind(*call.split(","))
@@ -80,16 +83,17 @@ def _check_call(function: Callable[..., Any], call: str, otherwise: str) -> None
 
 
 def compiled_player(policy: Policy, team: TeamName, env: EnvConfig, lanes: int, named: str = "opponent") -> Any:
-    """Return a policy's player in compiled code, None if it has none; :class:`ValueError` if it cannot play.
+    """Return a policy's player in compiled code, None if it has none; raise :class:`ValueError` if it cannot play.
 
-    Only a player with a rule of its own passes: Numba would take another of the same name and fields for it.
+    The player's class must have a rule of its own, because Numba would take a player of another class with the same
+    name and fields for it.
     """
     compiled = getattr(policy, "compiled", None)
     if not callable(compiled):
         return None
     try:
         player = compiled(team, env, lanes)
-    except ValueError:  # it says itself why it does not fit
+    except ValueError:  # its message already says why the policy does not fit
         raise
     except (Exception, SystemExit) as error:
         raise ValueError(f"{named}'s compiled() raised {type(error).__name__}: {error}") from error
@@ -100,15 +104,15 @@ def compiled_player(policy: Policy, team: TeamName, env: EnvConfig, lanes: int, 
 
 
 def asked_at_once(policy: Policy) -> bool:
-    """Return whether a policy is asked about many worlds in one call, and so remembers nothing."""
+    """Return whether a policy is asked about many worlds in one call. Such a policy has no memory."""
     return callable(getattr(policy, "act_batch", None))
 
 
 def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
-    """Return a copy of a policy, so that what it remembers in one world is not disturbed by another.
+    """Return a copy of a policy, so that each world has its own memory.
 
-    A function and a policy with ``act_batch`` remember nothing: they are returned themselves. Raises
-    :class:`ValueError` for a policy that cannot be copied.
+    A function and a policy with ``act_batch`` have no memory and are returned themselves. Raises :class:`ValueError`
+    for a policy that cannot be copied.
     """
     if isinstance(policy, FunctionPolicy) or asked_at_once(policy):
         return policy
@@ -123,17 +127,20 @@ def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
 
 
 def draw_seed(generator: np.random.Generator) -> int:
-    """What a policy is reset with in an episode; drawn from the environment's generator after the places."""
+    """Sample the seed with which a policy is reset in an episode.
+
+    It is sampled from the environment's generator after the start positions.
+    """
     return int(generator.integers(2**31))
 
 
 def ask(
     policy: Policy, observations: dict[str, np.ndarray], n_actions: int, whose: str = "the opponent's"
 ) -> dict[str, int]:
-    """The policy's actions, checked; ``whose`` act() it is stands in errors.
+    """Return the policy's actions, checked; error messages say that it is the act() of ``whose``.
 
-    Raises :class:`RuntimeError` from what it raised, :class:`ValueError` if what it returned is not an action for each
-    agent.
+    Raises :class:`RuntimeError` if the policy raised an exception, and :class:`ValueError` if it did not return an
+    action for each agent.
     """
     try:
         actions = policy.act(observations)

@@ -1,8 +1,8 @@
-"""Scripted predators. Where none is left to hunt they take their last action, which is to idle if they may.
+"""Scripted predators. When no free prey is left, they take their last action, which is to idle if they may.
 
 Sources: M. Benda, V. Jagannathan, R. Dodhiawala, *On Optimal Cooperation of Knowledge Sources* (Boeing, 1986), where a
 prey is caught from its four sides; R. E. Korf, *A Simple Solution to Pursuit Games* (Workshop on Distributed Artificial
-Intelligence, 1992). What names no source is this project's own.
+Intelligence, 1992). A script that names no source is this project's own.
 """
 
 from __future__ import annotations
@@ -23,15 +23,17 @@ HALF, ZERO = np.float32(0.5), np.float32(0.0)
 
 @rule
 def greedy_chase(seen: Any, n_opponents: int, n_actions: int) -> Any:
-    """It runs straight at the nearest free prey: Korf's attraction (1992), without his repulsion between predators."""
+    """Run straight at the nearest free prey: Korf's attraction (1992), without his repulsion between predators."""
     dx, dy, length = nearest(seen, n_opponents)
     return where(length < FAR, towards(dx, dy), n_actions - 1)
 
 
 @rule
 def _in_step(length: Any, action: Any, n_actions: int, in_turns: bool) -> Any:
-    """The action, or a rest where the prey is an odd distance away: on an even torus, where all move, that would never
-    change, and nobody lands on a prey from an odd distance. Where predators move after the prey it is the even ones.
+    """Return the action, or idle if the prey is an odd distance away (an even one where predators move after the prey).
+
+    On an even torus, if all agents move, the parity of a distance never changes, and a predator that moves at the same
+    time as the prey cannot land on it from an odd distance. Idling once corrects the parity.
     """
     if n_actions <= IDLE:
         return action
@@ -40,8 +42,9 @@ def _in_step(length: Any, action: Any, n_actions: int, in_turns: bool) -> Any:
 
 @rule
 def parity_chase(seen: Any, n_opponents: int, n_actions: int, in_turns: bool) -> Any:
-    """The greedy chase, but it idles whenever the nearest free prey is an odd distance away (where teams move in turns,
-    an even one): once for each prey that it turns to. Where it may not idle it is the greedy chase.
+    """Chase greedily, but idle when the nearest free prey is an odd distance away (an even one where teams move in
+    turns). This happens once for each prey that the predator turns to. A predator that may not idle plays the greedy
+    chase.
     """
     dx, dy, length = nearest(seen, n_opponents)
     return where(length < FAR, _in_step(length, towards(dx, dy), n_actions, in_turns), n_actions - 1)
@@ -49,11 +52,12 @@ def parity_chase(seen: Any, n_opponents: int, n_actions: int, in_turns: bool) ->
 
 @rule
 def intercept(seen: Any, n_opponents: int, n_actions: int, in_turns: bool, memory: Any, at: int) -> Any:
-    """It aims ahead of the nearest free prey: where it will be, if it goes on as it just went, after half as many steps
-    as it is away (lead pursuit); it keeps step as :func:`parity_chase` does.
+    """Aim ahead of the nearest free prey (lead pursuit): where it will be if it keeps its last move for half as many
+    steps as it is away. The predator idles as in :func:`parity_chase`.
     """
     dx, dy, length = nearest(seen, n_opponents)
-    # What it would see now if the prey had stood still; a change by more than a step is another prey, or the far side.
+    # Memory holds the offset expected if the prey stands still, so the difference is the prey's last move. A difference
+    # that is not a single step means another prey, or a wrap around the torus: then there is no lead.
     vx, vy = dx - as_float(load(memory, at + 1)), dy - as_float(load(memory, at + 2))
     lead = where(magnitude(vx) + magnitude(vy) == 1, length * HALF, ZERO)
     action = _in_step(length, towards(dx + vx * lead, dy + vy * lead), n_actions, in_turns)
@@ -65,9 +69,9 @@ def intercept(seen: Any, n_opponents: int, n_actions: int, in_turns: bool, memor
 
 @rule
 def surround(agent: int, seen: Any, n_opponents: int, n_actions: int, in_turns: bool) -> Any:
-    """Four roles, one for each agent in turn: to come from the west, the east, the south or the north (the sides of
-    Benda et al., 1986). It aims beside the nearest free prey, on its own side, half as far out as it is away; it keeps
-    step as :func:`parity_chase` does.
+    """Come from the west, the east, the south or the north, one role for each agent in turn (the sides of Benda et al.,
+    1986). The predator aims at a point on its own side of the nearest free prey, half as far from the prey as the
+    predator is, and idles as in :func:`parity_chase`.
     """
     dx, dy, length = nearest(seen, n_opponents)
     role = agent % 4

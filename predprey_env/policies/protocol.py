@@ -1,4 +1,4 @@
-"""What the environment asks of whoever plays a team: in Python, and in compiled code."""
+"""Interface between the environment and a policy that plays a team: in Python, and in compiled code."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from predprey_env.compilation import entry_point, rule
 from predprey_env.policies.chance import scramble
 
 MEMORY = 4
-"""Rows of memory that a compiled player has for each of its agents, int32."""
+"""Number of int32 rows of memory that a compiled player has for each of its agents."""
 
 
-_PREY = 1 << 20  # apart from the predators' numbers
+_PREY = 1 << 20  # added to the index of a prey, so that no prey shares its random numbers with a predator
 
 
 @rule
 def first_memory(seed: int, prey: bool, agent: int, row: int) -> int:
-    """What an agent's memory holds when an episode starts: in its first row the state that random choices start from,
-    in the others 0.
+    """Return a row of an agent's memory at the start of an episode.
+
+    The first row is the state from which random choices start; the others are 0.
     """
     return scramble(seed, agent + (_PREY if prey else 0)) if row == 0 else 0
 
@@ -36,20 +37,20 @@ def _begin(memory: Any, seed: int, prey: bool, agent: int) -> None:
 
 
 class Memories:
-    """What the agents of a team remember where they are asked one at a time: int32 ``(MEMORY,)`` each."""
+    """Memory of the agents of a team that are asked one at a time: int32 ``(MEMORY,)`` each."""
 
     def __init__(self, prey: bool) -> None:
         self._prey = prey
-        self._seed: int | None = None  # drawn when first needed
+        self._seed: int | None = None  # sampled when first needed
         self._of: dict[int, np.ndarray] = {}
 
     def reset(self, seed: int | None) -> None:
-        """Start an episode; without a seed, what is random differs each time."""
+        """Start an episode; without a seed, random choices differ each time."""
         self._seed = None if seed is None else index(seed) % 2**31
         self._of.clear()
 
     def of(self, agent: int) -> np.ndarray:
-        """Of the agent with a number in its team; it changes it."""
+        """Return the memory of the agent with this number in its team, for the caller to change."""
         if agent not in self._of:
             if self._seed is None:
                 self._seed = int(np.random.default_rng().integers(2**31))
@@ -60,38 +61,40 @@ class Memories:
 
 @runtime_checkable
 class Policy(Protocol):
-    """Plays one team, agent by agent or all of them together.
+    """A policy that plays one team, agent by agent or all of them together.
 
-    It may have a method ``compiled(team: TeamName, env: EnvConfig, lanes: int) -> player`` too, with which
-    :func:`predprey_env.vector_env` plays it without leaving compiled code. The player is a named tuple that
-    :data:`choose` has a rule for, its arrays laid out for one world (``lanes = 0``) or for a block of worlds. The
+    A policy may also have a method ``compiled(team: TeamName, env: EnvConfig, lanes: int) -> player``, with which
+    :func:`predprey_env.vector_env` plays it without leaving compiled code. The player is a named tuple for which
+    :data:`choose` has a rule; its arrays are laid out for one world (``lanes = 0``) or for a block of worlds. The
     method raises :class:`ValueError` if the policy cannot play that team in that world.
 
     Or it may have a method ``act_batch(observations)``, from float32 ``(n_worlds, n_agents, n_seen)`` to int
-    ``(n_worlds, n_agents)``, with which a vector environment asks it about all worlds in one call. It must remember
-    nothing: it is asked about worlds that are over as well, and more than once a step where others have just begun.
+    ``(n_worlds, n_agents)``, with which a vector environment asks it about all worlds in one call. Such a policy must
+    have no memory: it is also asked about worlds that are over, and more than once a step when other worlds have just
+    begun.
     """
 
     def reset(self, seed: int | None = None) -> None:
-        """Start an episode: forget the last one; whatever is random follows from the seed, in [0, 2**31)."""
+        """Start an episode: forget the last one. All random choices follow from the seed, in [0, 2**31)."""
         ...
 
     def act(self, observations: dict[str, np.ndarray]) -> Mapping[str, int]:
-        """An action for each agent of the team that has an observation."""
+        """Return an action for each agent of the team that has an observation."""
         ...
 
 
 class _Choose:
-    """The action of one agent of a team, as a value, by the rule that is registered for the player's very class.
+    """Generic function that returns the action of one agent of a team, as a value.
 
-    ``choose(player, agent, seen, memory, at)``, in Python as in compiled code:
+    It calls the rule that is registered for exactly the player's class: ``choose(player, agent, seen, memory, at)``, in
+    Python as in compiled code.
 
     Args:
-        player: Who plays the team, a named tuple.
-        agent: The agent's number in its team.
-        seen: What it observes: rows of float32.
-        memory: What the player keeps: rows of int32, :func:`first_memory` when an episode starts.
-        at: The first of the agent's :data:`MEMORY` rows.
+        player: Player of the team, a named tuple.
+        agent: Index of the agent in its team.
+        seen: Observation of the agent: rows of float32.
+        memory: Memory of the player: rows of int32, :func:`first_memory` when an episode starts.
+        at: Index of the first of the agent's :data:`MEMORY` rows.
     """
 
     def __init__(self) -> None:
@@ -106,14 +109,14 @@ class _Choose:
         """Register the rule of a class of player: ``choose.register(Player, rule)``, or ``@choose.register(Player)``
         above the rule.
 
-        Numba tells named tuples apart by the name of their class, not by the class, when it looks for machine code.
-        Another of the same name, as a notebook's cell makes that is run again, would be played by the rule of the
-        first: it is renamed.
+        When Numba looks for machine code, it tells named tuples apart by the name of their class, not by the class. A
+        second class of the same name (a notebook's cell that is run again defines one) would be played by the rule of
+        the first, so it is renamed.
         """
         if not (isinstance(player, type) and issubclass(player, tuple) and hasattr(player, "_fields")):
             got = getattr(player, "__name__", brief(player))
             raise TypeError(f"choose.register() needs the player's class first, a named tuple, got {got}")
-        if rule is None:  # it is a decorator
+        if rule is None:  # used as a decorator
             return partial(self.register, player)
         if self.registry.setdefault(player, rule) is not rule:
             raise ValueError(f"{player.__name__} has a rule already; define the class anew to give it another")

@@ -30,26 +30,26 @@ NUMBERS = {
     "flee_centroid": FLEE_CENTROID,
     "run_straight": RUN_STRAIGHT,
 }
-"""The scripts as compiled code knows them."""
+"""Number of each script in compiled code."""
 
 KEEP_STEP = (PARITY_CHASE, INTERCEPT, SURROUND)
-"""Those for which it matters whether teams move in turns."""
+"""Scripts that play differently if teams move in turns."""
 
 
 class Script(NamedTuple):
-    """A scripted team as compiled code reads it."""
+    """A scripted team in the form that compiled code reads."""
 
     number: int
-    """One of :data:`NUMBERS`."""
+    """Number of the script, one of :data:`NUMBERS`."""
     n_opponents: int
     n_actions: int
     in_turns: bool = False
-    """Whether predators move after the prey, and see it."""
+    """True if the predators move after the prey, and see its move."""
 
 
 @rule
 def follow(script: Script, agent: int, seen: Any, memory: Any, at: int) -> Any:
-    """The action of one agent of a scripted team; see :func:`predprey_env.policies.protocol.choose`."""
+    """Return the action of one agent of a scripted team; see :func:`predprey_env.policies.protocol.choose`."""
     number, n_opponents, n_actions, in_turns = script
     if number == GREEDY_CHASE:
         return greedy_chase(seen, n_opponents, n_actions)
@@ -79,13 +79,16 @@ def _act(script: Script, agent: int, seen: Any, memory: Any) -> int:
 
 
 def how_to_load(name: Any) -> str:
-    """Return what to add to an error about a name or a path of an evolved team: this package cannot read those."""
+    """Return a hint on how to load an evolved team, to add to an error about its name or path.
+
+    This package cannot read evolved teams. The hint is empty if the name does not look like one.
+    """
     if not isinstance(name, str | PurePath):
         return ""
     path = PurePath(name)
     if path.suffix == ".safetensors" or isinstance(name, PurePath):
         return f"; load the file of an evolved team with esp_trainer.Team.load({str(name)!r})"
-    if re.search(r"[/\\\d]", name) and not path.suffix:  # as in no script's name
+    if re.search(r"[/\\\d]", name) and not path.suffix:  # no script's name has a slash or a digit
         team = name.replace("\\", "/")
         return f"; load a team of the zoo with esp_trainer.load_team({team!r})"
     return ""
@@ -94,13 +97,13 @@ def how_to_load(name: Any) -> str:
 class ScriptedTeam:
     """A team in which every agent follows the same script.
 
-    Meets the policy protocol. An agent's number, which decides its role, is the one at the end of its name.
+    It follows the policy protocol. An agent's role depends on the number at the end of its name.
 
     Args:
-        script: One of :data:`SCRIPTS` of the team.
-        team: Which team; needed only for ``random``, which both can play.
-        n_actions: How many actions an agent has; by default 5 for predators and 4 for prey.
-        in_turns: Whether predators move after the prey, and see it.
+        script: Name of the script, one of the team's :data:`SCRIPTS`.
+        team: Team that it plays; needed only for ``random``, which both teams can play.
+        n_actions: Number of actions of an agent; by default 5 for predators and 4 for prey.
+        in_turns: True if the predators move after the prey, and see its move.
     """
 
     def __init__(
@@ -119,21 +122,24 @@ class ScriptedTeam:
         self.script = script
         self.team = teams[0]
         n_actions = EnvConfig().team(self.team).n_actions if n_actions is None else n_actions
-        self.n_actions = whole_number("n_actions", n_actions, 4)  # or it lacks a move
+        self.n_actions = whole_number("n_actions", n_actions, 4)  # scripts use all four moves
         self.in_turns = plain(in_turns)
         self._memories = Memories(self.team == "prey")
 
     def reset(self, seed: int | None = None) -> None:
-        """Start an episode; without a seed, what is random differs each time."""
+        """Start an episode; without a seed, random choices differ each time."""
         self._memories.reset(seed)
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent that has an observation; the other team's are passed over."""
+        """Return an action for each agent that has an observation; agents of the other team are skipped."""
         other = PREFIXES[other_team(self.team)]
         return {agent: self._choose(agent, seen) for agent, seen in observations.items() if not agent.startswith(other)}
 
-    def compiled(self, team: TeamName, env: EnvConfig, lanes: int) -> Script:  # noqa: ARG002 - alike for any number
-        """The team as a player in compiled code; :class:`ValueError` if it cannot be that team in that world."""
+    def compiled(self, team: TeamName, env: EnvConfig, lanes: int) -> Script:  # noqa: ARG002 - the same for any number
+        """Return the team as a player in compiled code.
+
+        Raises :class:`ValueError` if it cannot play that team in that world.
+        """
         _, n_opponents, n_actions = env.team(team)
         if self.team != team:
             raise ValueError(f"expected {team}, got {self.script}, a script of {self.team}")
@@ -146,7 +152,7 @@ class ScriptedTeam:
 
     @classmethod
     def of(cls, script: str, team: TeamName, env: EnvConfig) -> ScriptedTeam:
-        """The team for a world."""
+        """Make the scripted team for a world."""
         return cls(script, team, env.team(team).n_actions, in_turns=env.move_order == "prey_first")
 
     def _choose(self, agent: str, seen: np.ndarray) -> int:

@@ -1,4 +1,4 @@
-"""What scripts make of an observation: the nearest opponent, and the move towards a place."""
+"""Readings of an observation that scripts use: the nearest opponent, and the move towards a place."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from predprey_env.lanes import load, where
 from predprey_env.torus import magnitude, manhattan
 
 FAR = 1 << 20
-"""Longer than any way on a torus: the distance of an opponent that is caught."""
+"""Distance of a caught opponent, longer than any way on a torus."""
 
 
 @rule
 def nearest(seen: Any, n_opponents: int) -> Any:
-    """The offset ``(dx, dy)`` of the nearest opponent, and its distance; those at (0, 0) are caught and passed over."""
+    """Return the offset ``(dx, dy)`` of the nearest opponent, and its distance; caught opponents, at (0, 0), are
+    skipped.
+    """
     nearest_x, nearest_y = load(seen, 0), load(seen, 1)
     length = manhattan(nearest_x, nearest_y)
     shortest = where(length == 0, length + FAR, length)
@@ -29,5 +31,5 @@ def nearest(seen: Any, n_opponents: int) -> Any:
 
 @rule
 def towards(dx: Any, dy: Any) -> Any:
-    """The move that shortens the longer leg of an offset; the x leg where they tie."""
+    """Return the move that shortens the longer leg of an offset; the x leg if both are equally long."""
     return where(magnitude(dx) >= magnitude(dy), where(dx > 0, 0, 1), where(dy > 0, 2, 3))
