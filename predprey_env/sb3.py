@@ -1,4 +1,4 @@
-"""The vector environment in the form that Stable-Baselines3 asks for; needs ``stable-baselines3``."""
+"""The vector environment as a Stable-Baselines3 ``VecEnv``; needs ``stable-baselines3``."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from predprey_env.policies.protocol import Policy
 
 
 class SB3VecEnv(VecEnv):
-    """A :class:`~predprey_env.PredPreyVectorEnv` as a ``VecEnv``: a row for each agent, one policy for all of them.
+    """A :class:`~predprey_env.PredPreyVectorEnv` as a ``VecEnv``: one row for each agent, one policy for all of them.
 
-    It sets the environment's ``autoreset_mode`` to ``AutoresetMode.SAME_STEP``, as Stable-Baselines3 expects worlds to
-    start again in the step in which they end. Raises :class:`ValueError` if the environment was reset before in another
-    mode, or stands in a wrapper of Gymnasium's, which may have read another mode.
+    It sets the environment's ``autoreset_mode`` to ``AutoresetMode.SAME_STEP``, because Stable-Baselines3 expects a
+    world to start again in the step in which it ends. Raises :class:`ValueError` if the environment was reset before in
+    another mode, or if it is in a Gymnasium wrapper and has another mode, which the wrapper may have read.
     """
 
     opponent: Policy = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
-    """The opponent."""
+    """Policy that plays the other team."""
 
     def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray]) -> None:
         worlds = getattr(env, "unwrapped", None)
@@ -41,14 +41,14 @@ class SB3VecEnv(VecEnv):
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def set_opponent(self, opponent: Opponent) -> None:
-        """Let somebody else play the others; see :meth:`PredPreyVectorEnv.set_opponent`."""
+        """Replace the opponent; see :meth:`PredPreyVectorEnv.set_opponent`."""
         self._worlds.set_opponent(opponent)
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
-        """Keep the options of the next reset, and of no other: those of :meth:`PredPreyVectorEnv.reset`.
+        """Set the options of the next reset only; they are those of :meth:`PredPreyVectorEnv.reset`.
 
-        Rows share one environment, so that a list, an item for each row, must hold equal options. Raises
-        :class:`ValueError` if it does not, and for options that there are not or that cannot be used.
+        Rows share one environment, so a list with an item for each row must hold equal options. Raises
+        :class:`ValueError` if the options differ, are unknown or cannot be used.
         """
         rows = list(options) if isinstance(options, Sequence) else [options]
         if isinstance(options, Sequence) and len(rows) != self.num_envs:
@@ -60,7 +60,7 @@ class SB3VecEnv(VecEnv):
         self._options = [copy.deepcopy(first)] * self.num_envs
 
     def reset(self) -> np.ndarray:
-        """Start all worlds, from the seed and with the options that were set since the last call."""
+        """Start all worlds with the seed and options that were set since the last call, and return the observations."""
         self._check_mode()
         observations, _ = self.env.reset(seed=self._seeds[0], options=self._options[0])
         self._reset_seeds()
@@ -68,11 +68,11 @@ class SB3VecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Keep the actions for :meth:`step_wait`."""
+        """Store the actions for :meth:`step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """One time step of every world."""
+        """Play one time step of every world with the stored actions."""
         observations, rewards, terminated, truncated, told = self.env.step(self._actions)
         ended = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
@@ -89,28 +89,32 @@ class SB3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """The environment's attribute, for each of the rows."""
+        """Return the environment's attribute, once for each of the rows."""
         value = self.render_mode if attr_name == "render_mode" else getattr(self._owner(attr_name), attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Set the environment's attribute; :class:`ValueError` unless for all rows, as they share it."""
+        """Set the environment's attribute.
+
+        Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
+        """
         self._all_rows(indices)
         setattr(self._owner(attr_name), attr_name, value)
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Call the environment's method once, and give its result for each row; :class:`ValueError` unless for all
-        rows, as they share it.
+        """Call the environment's method once, and return its result for each row.
+
+        Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
         """
         rows = self._all_rows(indices)
         return [getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)] * len(rows)
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:  # noqa: ARG002
-        """No row is."""
+        """Return False for each row: a row has no wrapper of its own."""
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """There are none."""
+        """Return None for each row: the environment draws no images."""
         return [None] * self.num_envs
 
     def _check_mode(self) -> None:
@@ -121,7 +125,10 @@ class SB3VecEnv(VecEnv):
             )
 
     def _owner(self, name: str) -> Any:
-        """Return what has an attribute: Gymnasium's wrappers do not pass on those of the worlds in them."""
+        """Return the object that has an attribute: the given environment, or the worlds inside its wrappers.
+
+        Gymnasium's wrappers do not forward the attributes of the environment inside.
+        """
         return self.env if hasattr(self.env, name) else self._worlds
 
     def _all_rows(self, indices: Any) -> list[int]:

@@ -1,1 +1,1 @@
-"""The world as other tools know it: PettingZoo's parallel API, one team of it, and many worlds at once."""
+"""The world in the APIs of other tools: PettingZoo's parallel API, one team of it, and many worlds at once."""

@@ -1,4 +1,4 @@
-"""Attributes that cannot be set: it would have no effect once an environment is made."""
+"""Read-only attributes: setting them would have no effect after an environment is made."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from predprey_env.policies.protocol import Policy
 
 
 def read_only(name: str, way: str = "make another environment", kept: str = "") -> Any:
-    """An attribute kept as ``kept``, by default ``_name``; to set it is an :class:`AttributeError` that says what to do
-    instead.
+    """Return a read-only property whose value is stored as ``kept``, by default ``_name``.
+
+    Setting it raises an :class:`AttributeError` that says what to do instead.
     """
 
     def refuse(env: Any, value: Any) -> None:  # noqa: ARG001
@@ -21,7 +22,7 @@ def read_only(name: str, way: str = "make another environment", kept: str = "") 
 
 
 class Configured:
-    """An environment made from a config: the fields are attributes, of which only ``max_cycles`` can be set."""
+    """An environment made from a config. The config's fields are attributes; only ``max_cycles`` can be set."""
 
     config: EnvConfig = read_only("config")
 
@@ -32,7 +33,8 @@ del _field
 
 
 class Opposed(Configured):
-    """An environment in which one team is played inside."""
+    """An environment that plays one team itself, by an opponent policy."""
 
     opponent: Policy = read_only("opponent", "call set_opponent(opponent)")
-    """The opponent: in a team view the copy that plays, in a vector environment the object that was given."""
+    """Policy that plays the other team: in a team view the copy that plays, in a vector environment the object that was
+    given."""

@@ -1,4 +1,4 @@
-"""What an environment is given, checked; :class:`ValueError` for what is no input."""
+"""Checks of an environment's inputs; each raises :class:`ValueError` for an input that cannot be used."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ _MODES = {mode.value.lower(): mode for mode in AutoresetMode}
 
 
 def read_mode(given: AutoresetMode | str) -> AutoresetMode:
-    """Return the mode of a name: ``"SameStep"``, as Gymnasium's enum spells its value, or ``"SAME_STEP"``, its name."""
+    """Return the mode with a name: ``"SameStep"``, the value in Gymnasium's enum, or ``"SAME_STEP"``, the enum's own
+    name.
+    """
     if isinstance(given, AutoresetMode):
         return given
     mode = _MODES.get(given.replace("_", "").lower()) if isinstance(given, str) else None
@@ -40,7 +42,7 @@ def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> 
 
 
 def read_mask(mask: Any, n_worlds: int, n_rows: int) -> np.ndarray:
-    """Return the worlds whose rows a reset mask marks, all without a mask."""
+    """Return the indices of the worlds whose rows a reset mask marks; all worlds without a mask."""
     if mask is None:
         return np.arange(n_worlds)
     marked = np.asarray(mask)
@@ -53,12 +55,12 @@ def read_mask(mask: Any, n_worlds: int, n_rows: int) -> np.ndarray:
 
 
 def read_seed(seed: Any) -> int | None:
-    """Return a seed as a Python integer, None for none. True is 1, as in Gymnasium."""
+    """Return a seed as a Python integer, or None if there is none. True is 1, as in Gymnasium."""
     return None if seed is None else index(plain(seed))
 
 
 def read_seeds(seed: int | Sequence[int | None] | None, n_worlds: int) -> list[int | None]:
-    """Return a seed for each world, None where it has none."""
+    """Return a seed for each world, None for a world without one."""
     seed = plain(seed)
     if isinstance(seed, Sequence | np.ndarray):
         seeds = [read_seed(each) for each in seed]

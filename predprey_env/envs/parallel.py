@@ -1,4 +1,4 @@
-"""PettingZoo's face of the world: dictionaries in, dictionaries out. The rules are elsewhere."""
+"""The world in PettingZoo's parallel API: it translates dictionaries, and contains none of the rules."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from predprey_env.spaces import action_space, observation_space, state_space
 from predprey_env.starts import draw_starts, given_starts
 
 if TYPE_CHECKING:
-    from predprey_env.rendering.viewer import Viewer  # which imports pygame
+    from predprey_env.rendering.viewer import Viewer  # at run time imported when needed, because it imports pygame
 
 RENDER_MODES = ("human", "ansi", "rgb_array")
 
@@ -37,7 +37,7 @@ Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str
 
 @entry_point
 def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, seen: Any, scores: Any) -> bool:
-    """Play a turn, then look: observations, fitness, and whether this is the end."""
+    """Play a turn; write observations and fitness, and return whether the episode ends."""
     take_turn(world, actions, turn, rules)
     row = 0
     for agent in range(rules.n_predators + rules.n_prey):
@@ -47,7 +47,7 @@ def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, se
 
 
 class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
-    """Predators and prey on a toroid; see :mod:`predprey_env.predprey_v0` for the specification."""
+    """Predators and prey on a torus; :mod:`predprey_env.predprey_v0` is the specification."""
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "predprey_v0",
@@ -89,7 +89,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         self._viewer: Viewer | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a copy or a pickle keeps: all but the window and what it has seen."""
+        """Return the state for a copy or a pickle: everything except the viewer, which holds the window."""
         return self.__dict__ | {"_viewer": None}
 
     def __str__(self) -> str:
@@ -97,7 +97,9 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     @property
     def max_cycles(self) -> int:
-        """The time limit in steps. Set during an episode it counts at once; one past it ends with the next step."""
+        """Time limit in steps. A new limit set during an episode applies at once; if it has passed, the next step is
+        the last.
+        """
         return self.config.max_cycles
 
     @max_cycles.setter
@@ -107,7 +109,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     @property
     def render_mode(self) -> str | None:
-        """How :meth:`render` shows the world."""
+        """Mode of :meth:`render`: None, or one of ``metadata["render_modes"]``."""
         return self._render_mode
 
     @render_mode.setter
@@ -120,26 +122,26 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     @property
     def np_random(self) -> np.random.Generator:
-        """The environment's generator, made when first asked for: copies made before are then seeded apart."""
+        """The environment's generator. It is made when first used; copies made before are seeded independently."""
         return self._seeded()[0]
 
     @property
     def np_random_seed(self) -> int:
-        """The seed that the generator was made from."""
+        """Seed from which the generator was made."""
         return self._seeded()[1]
 
     def observation_space(self, agent: str) -> Box:
-        """The same object at every call."""
+        """Return the agent's observation space, the same object at every call."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Discrete:
-        """The same object at every call."""
+        """Return the agent's action space, the same object at every call."""
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
-        """Start an episode from random places, or from ``options={"starts": (n_agents, 2) cells}``."""
+        """Start an episode at random positions, or at ``options={"starts": (n_agents, 2) cells}``."""
         starts = read_options(options, ("starts",)).get("starts")
         given = None if starts is None else given_starts(starts, self.config)
         if (number := read_seed(seed)) is not None:
@@ -157,9 +159,10 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         return observations, self._infos(self.agents)
 
     def step(self, actions: dict[str, int]) -> Step:
-        """Play one step, or half of one where teams move in turns.
+        """Play one step, or half of one if teams move in turns.
 
-        Actions of agents that are caught, absent or not in turn are ignored. After the end: five empty dictionaries.
+        Actions of agents that are caught, absent or not in turn are ignored. After the end, return five empty
+        dictionaries.
         """
         if self._world is None:
             raise RuntimeError("reset() must be called before step()")
@@ -192,17 +195,21 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
 
     def state(self) -> np.ndarray:
-        """Everything, for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``. All columns, all rows, which
-        prey are free, and the share of the time limit that has passed, at most 1.
+        """Return the whole state for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``.
+
+        It holds all columns, all rows, which prey are free, and the fraction of the time limit that has passed, at most
+        1.
         """
         if self._world is None:
             raise RuntimeError("reset() must be called before state()")
-        passed = [min(1.0, self._time / self._rules.max_cycles)]  # the limit may have been lowered since
+        passed = [min(1.0, self._time / self._rules.max_cycles)]  # max_cycles may have been lowered below the time
         return np.concatenate([*self._world, passed], dtype=np.float32)
 
     def render(self) -> str | np.ndarray | None:
-        """The world as text (`ansi`), as an RGB picture, uint8 ``(height, width, 3)`` (`rgb_array`), or in a window
-        (`human`). Trails show what was rendered step by step; between steps that were not there is none.
+        """Return the world as text (`ansi`) or as an RGB picture, uint8 ``(height, width, 3)`` (`rgb_array`), or show
+        it in a window (`human`).
+
+        Trails connect successive steps that were rendered; steps that were not rendered leave no trail.
         """
         if self._world is None:
             raise RuntimeError("reset() must be called before render()")
@@ -220,14 +227,15 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         return None
 
     def close(self) -> None:
-        """Close the window; it may be called twice."""
+        """Close the window; further calls do nothing."""
         if self._viewer is not None:
             self._viewer.close()
         self._viewer = None
 
     def _read(self, actions: dict[str, int], free: list[int]) -> None:
-        """Take the actions of the agents that can act into the array, or :class:`ValueError` with the world
-        untouched.
+        """Store the actions of the agents that can act.
+
+        Raises :class:`ValueError`, and stores nothing, if an action is missing or wrong.
         """
         check_agents(actions, self._index)
         chosen, in_turn, n_predators = self._actions.tolist(), self._in_turn[self._turn], self._config.n_predators
@@ -238,7 +246,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         self._actions[:] = chosen
 
     def _look(self, world: World, turn: int) -> dict[str, Observation]:
-        """Play a turn, keep what the step needs to know of it, and give each acting agent its view."""
+        """Play a turn, store its results for the step, and return the observations of the agents in the game."""
         seen = np.empty(self._n_seen, np.float32)
         over = _advance(world, self._actions, turn, self._steps, self._rules, seen, self._scores)
         self._over = over and turn != PREY  # a time step ends with the predators' turn
@@ -251,7 +259,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     @property
     def _time(self) -> float:
-        """Steps and half steps that have passed."""
+        """Number of steps that have passed, halves included."""
         return self._steps - 0.5 * (self._turn == PREDATORS)
 
     def _seeded(self) -> tuple[np.random.Generator, int]:
@@ -260,7 +268,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         return self._random
 
     def _saved(self) -> dict[str, Any]:
-        """All that a step changes, for :meth:`_restore`."""
+        """Return everything that a step changes, for :meth:`_restore`."""
         world = self._world and World(*(rows.copy() for rows in self._world))
         state = self._random and self._random[0].bit_generator.state
         return {"attributes": {**self.__dict__, "_world": world}, "state": state}

@@ -1,4 +1,4 @@
-"""One team at a time: the other is played inside."""
+"""An environment of one team; the other team is played inside it."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed,
 def team_view(
     team: TeamName, opponent: Opponent, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
 ) -> TeamView:
-    """A parallel environment that holds the agents of one team; all of them have the same spaces.
+    """Return a parallel environment that holds the agents of one team; all of them have the same spaces.
 
     Args:
         team: ``"predators"`` or ``"prey"``.
-        opponent: Who plays the others: the name of a script (:data:`predprey_env.policies.SCRIPTS`), a
-            :class:`predprey_env.policies.Policy`, an evolved team for example, or a function from observations to
-            actions, by agent. Of a policy the environment plays a copy of its own, as it may remember: what the policy
-            learns later, the copy does not. A function, a bound method for example, and a policy with ``act_batch``
-            remember nothing: they are played themselves, as they are at each step.
-        render_mode: As in :func:`predprey_env.predprey_v0.parallel_env`.
+        opponent: Policy of the other team: the name of a script (:data:`predprey_env.policies.SCRIPTS`), a
+            :class:`predprey_env.policies.Policy` (an evolved team, for example), or a function from observations to
+            actions, by agent. The environment plays its own copy of a policy, because a policy may have memory; what
+            the policy learns later, the copy does not. A function (a bound method, for example) and a policy with
+            ``act_batch`` have no memory: they are called themselves, in their current state, at each step.
+        render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
         parameters: The fields of :class:`predprey_env.EnvConfig`.
     """
     return TeamView(PredPreyEnv(EnvConfig(**parameters), render_mode), team, opponent)
 
 
 class TeamView(Opposed, ParallelEnv[str, Observation, int]):
-    """One team of an environment. Where teams move in turns, each :meth:`step` is a whole time step."""
+    """An environment of one team. If teams move in turns, each :meth:`step` is still a whole time step."""
 
     metadata: ClassVar[dict[str, Any]] = {**PredPreyEnv.metadata, "name": "predprey_team_v0"}
     env: PredPreyEnv = read_only("env")
@@ -45,7 +45,7 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
 
     def __init__(self, env: PredPreyEnv, team: TeamName, opponent: Opponent) -> None:
         config = env.config
-        config.team(team)  # or it is none
+        config.team(team)  # raises ValueError for an unknown team
         self._env = env
         self._team = team
         self._opponent = own_copy(as_policy(opponent, other_team(team), config))
@@ -62,7 +62,7 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         return str(self.metadata["name"])
 
     def set_opponent(self, opponent: Opponent) -> None:
-        """Let somebody else play the others from the next step on. In an episode under way it is reset before.
+        """Replace the opponent from the next step on. During an episode the new opponent is reset first.
 
         The old opponent stays if the new one cannot play or its ``reset`` raises.
         """
@@ -78,12 +78,14 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
 
     @property
     def agents(self) -> list[str]:
-        """The team's agents that are still in the game."""
+        """Agents of the team that are still in the game."""
         return [agent for agent in self.env.agents if agent in self.observation_spaces]
 
     @property
     def max_cycles(self) -> int:
-        """The time limit in steps. Set during an episode it counts at once; one past it ends with the next step."""
+        """Time limit in steps. A new limit set during an episode applies at once; if it has passed, the next step is
+        the last.
+        """
         return self.env.max_cycles
 
     @max_cycles.setter
@@ -92,7 +94,7 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
 
     @property
     def render_mode(self) -> str | None:
-        """How :meth:`render` shows the world."""
+        """Mode of :meth:`render`: None, or one of ``metadata["render_modes"]``."""
         return self.env.render_mode
 
     @render_mode.setter
@@ -106,21 +108,21 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
 
     @property
     def np_random_seed(self) -> int:
-        """The seed that the generator was made from."""
+        """Seed from which the generator was made."""
         return self.env.np_random_seed
 
     def observation_space(self, agent: str) -> Box:
-        """The same object at every call."""
+        """Return the agent's observation space, the same object at every call."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Discrete:
-        """The same object at every call."""
+        """Return the agent's action space, the same object at every call."""
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
-        """Start an episode; the opponent's seed is drawn after the places."""
+        """Start an episode; the opponent's seed is sampled after the start positions."""
         with self._all_or_nothing():
             self._observations, self._infos = self.env.reset(seed, options)
             self._opponent.reset(draw_seed(self.env.np_random))
@@ -131,7 +133,7 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     def step(self, actions: dict[str, int]) -> Step:
         """Play one time step: the team's actions and the opponent's.
 
-        An opponent that raises, or that returns no usable actions, leaves the world as it was.
+        If the opponent raises, or returns no usable actions, the world stays as it was.
         """
         check_agents(actions, self.possible_agents)
         for agent in self.agents:
@@ -142,15 +144,15 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         return self._play_turns(actions) if self._in_turns else self._play_together(actions)
 
     def state(self) -> np.ndarray:
-        """The environment's."""
+        """Return the state of the whole world; see :meth:`PredPreyEnv.state`."""
         return self.env.state()
 
     def render(self) -> str | np.ndarray | None:
-        """The whole world; see :meth:`PredPreyEnv.render`."""
+        """Render the whole world; see :meth:`PredPreyEnv.render`."""
         return self.env.render()
 
     def close(self) -> None:
-        """Close what shows the world."""
+        """Close the environment and its window."""
         self.env.close()
 
     def _play_together(self, actions: dict[str, int]) -> Step:
@@ -164,11 +166,11 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
             ours = self.env.step(actions)
             self._observations = ours[0]
             theirs = self.env.step(self._opponents_choose()) if self.env.agents else ({}, {}, {}, {}, {})
-        # Who left in the first turn is in no part of the second.
+        # Agents that left in the first turn are missing from the second, so merge the two.
         self._observations, self._infos = {**ours[0], **theirs[0]}, {**ours[4], **theirs[4]}
         terminations, truncations = {**ours[2], **theirs[2]}, {**ours[3], **theirs[3]}
         rewards = {agent: reward + theirs[1].get(agent, 0.0) for agent, reward in ours[1].items()}
-        if self.env.config.reward == "dense":  # the change over both turns at once: rounded once
+        if self.env.config.reward == "dense":  # the change over both turns is rounded only once
             rewards = {agent: self._infos[agent]["fitness"] - infos[agent]["fitness"] for agent in rewards}
         return self._own_part((self._observations, rewards, terminations, truncations, self._infos))
 
@@ -178,13 +180,13 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         saved, observations, infos = self.env._saved(), self._observations, self._infos
         try:
             yield
-        except BaseException:  # Ctrl-C too
+        except BaseException:  # including KeyboardInterrupt
             self.env._restore(saved)
             self._observations, self._infos = observations, infos
             raise
 
     def _opponents_choose(self) -> dict[str, int]:
-        """What the other team does, on what it last saw."""
+        """Return the other team's actions for its last observations."""
         others = [agent for agent in self.env.agents if agent not in self.observation_spaces]
         views = {agent: self._observations[agent].copy() for agent in others}
         return ask(self._opponent, views, self._n_opponent_actions)

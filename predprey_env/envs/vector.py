@@ -1,4 +1,4 @@
-"""Many worlds at once as a Gymnasium vector environment: one team is trained, the other played inside."""
+"""Many worlds at once as a Gymnasium vector environment: one team is trained, the other is played inside it."""
 
 from __future__ import annotations
 
@@ -50,31 +50,32 @@ def vector_env(
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     **parameters: Unpack[EnvParameters],
 ) -> PredPreyVectorEnv:
-    """``n_worlds`` worlds in which one team is played from outside, stepped together in compiled code.
+    """Return ``n_worlds`` worlds in which one team is played from outside, stepped together in compiled code.
 
     Args:
-        n_worlds: How many; there are as many rows as worlds times agents of the team.
+        n_worlds: Number of worlds; the environment has ``n_worlds`` times the team's number of agents rows.
         team: ``"predators"`` or ``"prey"``.
-        opponent: Who plays the others, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in compiled
-            code; a policy with ``act_batch`` is asked about all worlds in one call, and reset when all start at once;
-            of any other policy each world has a copy, and they are asked one by one. A function is asked for each
-            world.
-        autoreset_mode: What happens after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
+        opponent: Policy of the other team, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in
+            compiled code. A policy with ``act_batch`` is asked about all worlds in one call, and reset when all worlds
+            start at once. Of any other policy each world has its own copy, asked one by one. A function is called for
+            each world.
+        autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """
     return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode)
 
 
 class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
-    """Rows are agents: row ``w * n_agents + a`` is agent ``a`` of world ``w``.
+    """Many worlds as a vector environment whose rows are agents: row ``w * n_agents + a`` is agent ``a`` of world
+    ``w``.
 
-    A library that knows vector environments then trains one policy for all agents of the team without a line of glue:
-    spaces are a plain ``Box`` and a plain ``Discrete``, where a row for each world would need a ``MultiDiscrete`` joint
-    action, which many algorithms lack. All rows of a world end together.
+    A library that knows vector environments can therefore train one policy for all agents of the team without extra
+    code: spaces are a plain ``Box`` and a plain ``Discrete``. With one row for each world, the joint action would be a
+    ``MultiDiscrete``, which many algorithms do not support. All rows of a world end together.
 
-    Infos are arrays of a number for each row: ``captured`` (the agent itself), ``n_captured`` and ``steps``. With
-    ``AutoresetMode.SAME_STEP``, ``final_obs`` holds for every row what it saw before any reset, so that values are
-    bootstrapped from it where ``truncated`` says so, and ``final_info`` the infos from before.
+    Infos are arrays with a number for each row: ``captured`` (of the agent itself), ``n_captured`` and ``steps``. With
+    ``AutoresetMode.SAME_STEP``, ``final_obs`` holds each row's observation before any reset, from which to bootstrap
+    values where ``truncated`` is set, and ``final_info`` holds the infos from before any reset.
     """
 
     team: TeamName = read_only("team")
@@ -118,12 +119,12 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._opponent, self._outside, self._player = seat(opponent, others, config, n_worlds)
         self._scores = np.zeros((n_worlds, config.n_agents))
         self._random: list[tuple[np.random.Generator, int] | None] = [None] * n_worlds
-        self._all_rows = np.ones(self.num_envs, np.bool_)  # have every info
+        self._all_rows = np.ones(self.num_envs, np.bool_)  # Gymnasium's mask of each info: all rows have it
         self._all_rows.flags.writeable = False
-        self._over: np.ndarray | None = None  # which worlds; None before the first reset
+        self._over: np.ndarray | None = None  # bool (n_worlds,): worlds that are over; None before the first reset
 
     def set_opponent(self, opponent: Opponent) -> None:
-        """Let somebody else play the others in all worlds from the next step on; it is reset before.
+        """Replace the opponent in all worlds from the next step on; the new opponent is reset first.
 
         The old opponent stays if the new one cannot play or its ``reset`` raises.
         """
@@ -140,7 +141,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     @property
     def autoreset_mode(self) -> AutoresetMode:
-        """What happens after the end of an episode; may be set before the first reset."""
+        """Behaviour after the end of an episode; it can be set before the first reset."""
         return self._autoreset_mode
 
     @autoreset_mode.setter
@@ -154,7 +155,9 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     @property
     def max_cycles(self) -> int:
-        """The time limit in steps. Set during episodes it counts at once; those past it end with the next step."""
+        """Time limit in steps. A new limit set during episodes applies at once; episodes past it end with the next
+        step.
+        """
         return self.config.max_cycles
 
     @max_cycles.setter
@@ -169,7 +172,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The seed of each world that its generator was made from."""
+        """Seed from which the generator of each world was made."""
         return tuple(self._seeded(world)[1] for world in range(self.n_worlds))
 
     def reset(
@@ -177,10 +180,10 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, Infos]:
         """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` those whose rows are marked.
 
-        World ``w`` is seeded with ``seed + w``, as Gymnasium does, or with ``seed[w]``: runs that are to differ need
-        seeds at least ``n_worlds`` apart. ``options={"starts": cells}`` places the agents,
-        int ``(n_worlds, n_agents, 2)``, of the worlds that start. An option that looks like one of these misspelt is a
-        :class:`ValueError`; others are left to wrappers.
+        World ``w`` is seeded with ``seed + w``, as in Gymnasium, or with ``seed[w]``: runs that are to differ need
+        seeds at least ``n_worlds`` apart. ``options={"starts": cells}``, int ``(n_worlds, n_agents, 2)``, places the
+        agents of the worlds that start. An option that looks like a misspelling of one of these is a
+        :class:`ValueError`; other options are left to wrappers.
         """
         which, given = self._read_options(options)
         with self._all_or_nothing():
@@ -192,9 +195,9 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return self._look(), self._count()
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Infos]:
-        """One time step of every world: an action for each row, int ``(num_envs,)``.
+        """Play one time step of every world, with an action for each row: int ``(num_envs,)``.
 
-        Bad actions, and an opponent that raises or returns nonsense, leave all worlds as they were.
+        If an action is wrong, or the opponent raises or returns unusable actions, all worlds stay as they were.
         """
         if self._over is None:
             raise RuntimeError("reset() must be called before step()")
@@ -223,7 +226,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return observations, rewards, terminated, truncated, infos
 
     def _read_options(self, options: dict[str, Any] | None) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return which worlds start, and where, None for at random."""
+        """Return the indices of the worlds that start, and their starts, None for random starts."""
         options = read_options(options)
         which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)
         if self._over is None and len(which) < self.n_worlds:
@@ -242,7 +245,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         drawn = [(seeded[0], seeded[0].bit_generator.state) for seeded in random if seeded is not None]
         try:
             yield
-        except BaseException:  # Ctrl-C too
+        except BaseException:  # including KeyboardInterrupt
             for array, old in zip(changing, saved, strict=True):
                 array[:] = old
             self._over, self._random = over, random
@@ -251,7 +254,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             raise
 
     def _wake(self) -> None:
-        """Reset an opponent that takes over in episodes under way."""
+        """Reset a new opponent that takes over during episodes."""
         seeds = np.array([draw_seed(generator) for generator in self.np_random], np.int64)
         forget(self._worlds, self._other_rows, seeds)
         if self._outside:
@@ -264,7 +267,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         move_opponents(self._worlds, self._other_rows, self._player, self._rules, self._scratch)
 
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
-        """Start some worlds, each from its own random numbers."""
+        """Start some worlds, each from its own generator unless starts are given."""
         generators = [self._seeded(world)[0] for world in which.tolist()]
         starts = draw_each(generators, self.config) if given is None else given
         seeds = np.array([draw_seed(generator) for generator in generators], np.int64)
@@ -276,7 +279,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         score(self._worlds, self._rules, self._scratch, which, self._scores)
 
     def _play_first_turn(self, which: np.ndarray) -> None:
-        """Let the prey of the worlds that just started move; the others' stand still, as if all was over."""
+        """Let the prey move in the worlds that just started; in the others they stay, as if the episode were over."""
         over = self._worlds.over.copy()
         self._worlds.over[:] = 1
         self._worlds.over[which // LANES, 0, which % LANES] = 0
@@ -307,5 +310,5 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         seeds = read_seeds(seed, self.n_worlds)
         named = {world: seeds[world] for world in which.tolist() if seeds[world] is not None}
         fresh = {world: seeding.np_random(each) for world, each in named.items()}
-        for world, seeded in fresh.items():  # all of them, or none where one is no seed
+        for world, seeded in fresh.items():  # set only after all seeds were accepted
             self._random[world] = seeded

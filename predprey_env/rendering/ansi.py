@@ -10,16 +10,17 @@ from predprey_env.config import EnvConfig
 from predprey_env.dynamics import World
 
 _LINES = 20
-"""Larger worlds are drawn smaller: with its title and its edges a frame leaves a line for the prompt."""
+"""Largest number of lines of the world. Larger worlds are drawn smaller: with its title and edges, a frame of this
+height leaves a line for the prompt."""
 
 _CAUGHT = "x"
 PREY_LETTERS = ascii_lowercase.replace(_CAUGHT, "")
 
 
 def text(world: World, config: EnvConfig, steps: int) -> str:
-    """A frame for a terminal: predators ``0 1 2``, prey ``a b``, caught prey ``x``; north is up.
+    """Return a frame for a terminal: predators ``0 1 2``, prey ``a b``, caught prey ``x``; north is up.
 
-    A character is twice as high as wide, so a line has two for each that a column has.
+    A character is twice as high as wide, so the world is drawn two characters wide for each line.
     """
     lines = min(config.size, _LINES)
     cells = np.full((lines, 2 * lines + 1), " ")

@@ -1,4 +1,4 @@
-"""Colours that the colour-blind tell apart (Okabe & Ito 2008), on a ground that suits light and dark pages."""
+"""Colours that colour-blind readers can tell apart (Okabe & Ito 2008), on a ground that suits light and dark pages."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ PREY: Colour = (86, 180, 233)
 
 
 def mix(colour: Colour, share: float, ground: Colour = GROUND) -> Colour:
-    """A colour, of which a share in [0, 1] is left, over a ground."""
+    """Blend a colour over a ground; ``share``, in [0, 1], is the opacity of the colour."""
     red, green, blue = (round(under + (over - under) * share) for over, under in zip(colour, ground, strict=True))
     return red, green, blue

@@ -1,4 +1,4 @@
-"""What pictures and videos need, and the line for those who have not installed it."""
+"""Imports of the optional packages for pictures and videos, with an error that says how to install them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gymnasium.error import DependencyNotInstalled
 
 
 def require(module: str, purpose: str, remedy: str) -> ModuleType:
-    """The module, or :class:`gymnasium.error.DependencyNotInstalled` with what it was wanted for and what to do."""
+    """Import a module, or raise :class:`gymnasium.error.DependencyNotInstalled` with its purpose and the remedy."""
     try:
         return import_module(module)
     except ImportError:
@@ -18,8 +18,8 @@ def require(module: str, purpose: str, remedy: str) -> ModuleType:
 
 
 def require_pygame(purpose: str) -> None:
-    """Check that pictures can be drawn, or :class:`gymnasium.error.DependencyNotInstalled`."""
-    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # standard output is the program's own
+    """Raise :class:`gymnasium.error.DependencyNotInstalled` unless pygame-ce, which draws pictures, is installed."""
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # keep pygame's greeting off standard output
     pygame = require("pygame", purpose, "pip install pygame-ce")
     if not hasattr(pygame, "Window"):
         found = f"pygame {pygame.version.ver}"

@@ -1,4 +1,4 @@
-"""Frames as a GIF, by Pillow."""
+"""Writing of frames as a GIF, with Pillow."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ import numpy as np
 from PIL import Image
 
 _EXACT = 128
-"""How many colours, the most frequent, stay as they are; the many blends of what moves share the rest of a palette."""
+"""Number of the most frequent colours that stay exact; the many blends along the edges of moving shapes share the rest
+of the palette."""
 
 _UNCHANGED = 255
-"""The entry of the palette that lets the frame before show through."""
+"""Palette entry that lets the previous frame show through."""
 
 
 _LARGEST = 65_535
-"""The largest side of a picture, in pixels, and the longest time that it is shown, in hundredths of a second, that the
-format has room for."""
+"""Largest side of a picture, in pixels, and longest time of a picture, in hundredths of a second, that the format can
+hold."""
 
 _LONGEST_FILM = 1_000_000
-"""Seconds; each 655 of them cost a picture, though nothing moves."""
+"""Longest duration of a GIF, in seconds; every 655 seconds take a picture even if nothing moves."""
 
 
 def write_gif(frames: Sequence[np.ndarray], path: Path, fps: float) -> None:
     """Write RGB frames of one size, uint8 ``(height, width, 3)``, as a GIF that repeats for ever.
 
-    One palette and no dithering: the surroundings of what moves stay as they are, and cost nothing. Raises
-    :class:`ValueError` for what a GIF cannot hold.
+    All frames share one palette without dithering, so the surroundings of a moving shape stay unchanged and take no
+    space. Raises :class:`ValueError` for frames that a GIF cannot hold.
     """
     height, width, _ = frames[0].shape
     if max(height, width) > _LARGEST:
@@ -51,14 +52,15 @@ def write_gif(frames: Sequence[np.ndarray], path: Path, fps: float) -> None:
 
 
 def _pictures(frames: Sequence[np.ndarray], times: Sequence[int]) -> Iterator[tuple[Image.Image, int]]:
-    """Each frame in the colours of the palette, but for the pixels that are as they were, with its time.
+    """Yield each frame with its time, in palette colours; pixels that did not change are transparent.
 
-    A frame with more time than a picture has room for becomes several. Pillow makes one of equal pictures and adds up
-    their times: where that would be too much, one pixel is drawn anew, or no more, to make them unequal.
+    A frame that lasts longer than a picture can becomes several pictures. Pillow merges equal successive pictures and
+    adds up their times. Where the sum would be too long, one pixel is switched between drawn and transparent to make
+    the pictures unequal.
     """
     palette, entries = _palette(frames)
     before = drawn = np.empty(0)
-    held = 0  # the time of equal pictures, at most
+    held = 0  # upper bound on the total time of the latest equal pictures
     for frame, whole in zip(frames, times, strict=True):
         now = entries[_packed(frame)]
         for time in [_LARGEST] * (whole // _LARGEST) + [whole % _LARGEST] * (whole % _LARGEST > 0):
@@ -74,7 +76,9 @@ def _pictures(frames: Sequence[np.ndarray], times: Sequence[int]) -> Iterator[tu
 
 
 def _palette(frames: Sequence[np.ndarray]) -> tuple[bytes, np.ndarray]:
-    """Up to 255 colours, three bytes each, and the entry of every colour that a frame holds: uint8 ``(2**24,)``."""
+    """Return a palette of up to 255 colours, three bytes each, and the entry of every colour in the frames, uint8
+    ``(2**24,)``.
+    """
     counts = np.zeros(1 << 24, np.int64)
     for frame in frames:
         colours, n = np.unique(_packed(frame), return_counts=True)
@@ -93,7 +97,7 @@ def _palette(frames: Sequence[np.ndarray]) -> tuple[bytes, np.ndarray]:
 
 
 def _packed(frame: np.ndarray) -> np.ndarray:
-    """A number for each pixel's colour."""
+    """Return each pixel's colour as one number."""
     red, green, blue = np.moveaxis(frame.astype(np.uint32), -1, 0)
     packed: np.ndarray = red << 16 | green << 8 | blue
     return packed

@@ -1,4 +1,4 @@
-"""Frames as a file that moves."""
+"""Writing of frames as a GIF or an MP4."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ SUFFIXES = ".gif", ".mp4"
 
 _H264 = [
     *("-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "10", "-movflags", "+faststart"),
-    *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"),  # the codec wants even sides
+    *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"),  # H.264 with yuv420p requires even sides
 ]
 
 
 def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: float = 15) -> None:
-    """Write RGB frames, uint8 ``(height, width, 3)``, as a GIF or MP4, by the suffix of the path.
+    """Write RGB frames, uint8 ``(height, width, 3)``, as a GIF or an MP4; the suffix of the path decides which.
 
     Raises :class:`ValueError` for another suffix or unfit frames, :class:`OSError` if the file cannot be written, and
-    :class:`gymnasium.error.DependencyNotInstalled` without Pillow, or for an MP4 without imageio-ffmpeg, which the
-    extra ``render`` brings. No file is left half written.
+    :class:`gymnasium.error.DependencyNotInstalled` if a GIF lacks Pillow, or an MP4 lacks imageio-ffmpeg, which the
+    extra ``render`` installs. After an error no half-written file is left.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -47,15 +47,15 @@ def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: 
     else:
         require("PIL", "a GIF", "pip install pillow")
     try:
-        target = Path(os.path.realpath(path))  # of a link, which stays one
-        if target.is_symlink():  # it goes round in circles
+        target = Path(os.path.realpath(path))  # replace the file that a link points to, and keep the link
+        if target.is_symlink():  # a cycle of links
             raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         with TemporaryDirectory(dir=target.parent, prefix=".video-") as place:
             whole = Path(place, f"video{suffix}")
             if suffix == ".mp4":
                 _write_mp4(_checked(frames), whole, rate)
             else:
-                from predprey_env.rendering.gif import write_gif  # which imports Pillow
+                from predprey_env.rendering.gif import write_gif  # here, because it imports Pillow
 
                 write_gif([*_checked(frames)], whole, rate)
             whole.replace(target)
@@ -67,7 +67,7 @@ def _read_rate(fps: Any) -> float:
     number = plain(fps)
     try:
         rate = float(number) if isinstance(number, Real | Decimal) and not isinstance(number, bool) else inf
-    except (OverflowError, ValueError):  # of a long integer, and of a signalling NaN
+    except (OverflowError, ValueError):  # a very long integer, or a signalling NaN
         rate = inf
     if rate == inf:
         raise ValueError(f"fps must be a finite number, got {brief(number)}")
@@ -77,19 +77,19 @@ def _read_rate(fps: Any) -> float:
 
 
 def _write_mp4(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
-    """By ffmpeg. :func:`imageio_ffmpeg.write_frames` would not say whether it succeeded."""
+    """Write the frames with ffmpeg, called directly: :func:`imageio_ffmpeg.write_frames` does not report failure."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
     first = next(frames)
     height, width, _ = first.shape
-    if not 1e-3 <= fps <= 1e6:  # what ffmpeg can keep, in round numbers
+    if not 1e-3 <= fps <= 1e6:  # approximately the range that ffmpeg can store
         raise ValueError(f"fps of an MP4 must be in 0.001..1000000, got {fps}")
     rate = str(Fraction(fps).limit_denominator())
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate, "-i", "-"]
     command = [get_ffmpeg_exe(), "-v", "error", "-y", *raw, "-an", *_H264, str(path)]
     with TemporaryFile() as said, Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said) as ffmpeg:
         assert ffmpeg.stdin is not None
-        with suppress(BrokenPipeError), ffmpeg.stdin as pipe:  # of one that has given up, and says why
+        with suppress(BrokenPipeError), ffmpeg.stdin as pipe:  # ffmpeg has ended early; its output says why
             for frame in chain([first], frames):
                 pipe.write(np.ascontiguousarray(frame).data)
         failed = ffmpeg.wait() != 0
@@ -100,13 +100,15 @@ def _write_mp4(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
 
 
 def _reason(lines: str) -> str:
-    """What ffmpeg says, in one line: what the system told it, if that is among many words."""
+    """Return ffmpeg's error in one line: an error of the operating system if the output contains one, else its last
+    line.
+    """
     system = next((text for text in map(os.strerror, errno.errorcode) if text in lines), None)
     return system or ": ".join(["ffmpeg failed", *lines.splitlines()[-1:]])
 
 
 def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-    """The frames; :class:`ValueError` unless there are any, all of one size."""
+    """Yield the frames; raise :class:`ValueError` if there are none, or if they differ in size."""
     shape = None
     for i, frame in enumerate(frames):
         if not isinstance(frame, np.ndarray):

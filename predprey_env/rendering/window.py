@@ -8,25 +8,26 @@ from time import perf_counter, sleep
 
 import pygame
 
-_REFRESH = 60  # pictures a second on the way from one moment to the next
+_REFRESH = 60  # pictures a second during the transition between two moments
 
 
 class Window:
-    """Shows moment after moment at a given rate, with a smooth way from each to the next.
+    """A window that shows moments of an episode at a given rate, with a smooth transition between them.
 
-    When the user closes it, with its button or Escape, the program goes on and nothing is shown any more.
-    Raises :class:`RuntimeError` where there is no display.
+    When the user closes the window, with its button or Escape, the program goes on and nothing more is shown. Raises
+    :class:`RuntimeError` if there is no display.
     """
 
     def __init__(self, title: str, size: tuple[int, int], fps: float) -> None:
         self._title, self._size, self._period = title, size, 1 / fps
-        self._end = 0.0  # when the moment that was shown last had had its time
+        self._end = 0.0  # time at which the last moment's period ends
         self._window: pygame.Window | None = _open(title, size)
 
     def show(self, paint: Callable[[float], pygame.Surface], moments: float) -> None:
-        """Take the time of so many moments to show ``paint(progress)``; its progress goes from 0 to 1 in the first."""
-        if self._window is not None and not pygame.display.get_init():  # other environments end pygame for all
-            self._window = None  # before the new one is there: it may lie where the old one lay, and go with it
+        """Show ``paint(progress)`` for the time of ``moments`` moments; progress goes from 0 to 1 during the first."""
+        if self._window is not None and not pygame.display.get_init():  # another environment has quit pygame
+            # Drop the old window first: the new one may get its address, and would be destroyed with it.
+            self._window = None
             self._window = _open(self._title, self._size)
         now = perf_counter()
         start = self._end if now < self._end + self._period else now
@@ -39,13 +40,13 @@ class Window:
             self._put(paint(1.0))
 
     def close(self) -> None:
-        """Take the window away, for good."""
+        """Close the window for good."""
         if self._window is not None and pygame.display.get_init():
             self._window.destroy()
         self._window = None
 
     def _is_open(self) -> bool:
-        """Whether it is still there, after what the user did since last asked."""
+        """Process the user's events since the last call, and return whether the window is still open."""
         if self._window is None:
             return False
         for event in pygame.event.get():
@@ -53,7 +54,7 @@ class Window:
             if event.type == pygame.QUIT or (closes and event.window is self._window):
                 self.close()
             elif closes:
-                pygame.event.post(event)  # for the window that it is meant for
+                pygame.event.post(event)  # leave it to the window that it is meant for
         return self._window is not None
 
     def _put(self, picture: pygame.Surface) -> None:
@@ -66,7 +67,7 @@ def _open(title: str, size: tuple[int, int]) -> pygame.Window:
     fault = "found none"
     try:
         pygame.display.init()
-        # Where SDL finds no display it may settle for one that nobody sees.
+        # If SDL finds no display, it may choose an offscreen one, which is not visible.
         if pygame.display.get_driver() != "offscreen" or "SDL_VIDEODRIVER" in os.environ:
             return pygame.Window(title, size)
     except pygame.error as error:
