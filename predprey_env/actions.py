@@ -1,4 +1,4 @@
-"""Actions as they come from outside."""
+"""Checks of the actions that a caller passes in."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _LONGEST = 100
 
 
 def brief(value: Any) -> str:
-    """What came, as an error shows it: on one line, and not too long."""
+    """Return a value's ``repr`` for an error message: on one line and at most about 100 characters long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
@@ -25,7 +25,7 @@ def check_agents(actions: Any, known: Collection[str]) -> None:
 
 
 def read_action(actions: Mapping[str, Any], agent: str, n_actions: int) -> int:
-    """An agent's action, or :class:`ValueError`."""
+    """Return an agent's action; raise :class:`ValueError` if it is missing, not an integer or out of range."""
     try:
         action = index(actions[agent])
     except KeyError:

@@ -1,7 +1,7 @@
 """Numba entry points, cached on disk under a digest of every source file that they are compiled from.
 
-Numba's own cache looks only at the file of the outermost function. Here that function inlines rules from other files,
-and an edited rule must never be answered with yesterday's machine code.
+Numba's own cache checks only the file of the outermost function. Here that function inlines rules from other files, and
+an edited rule must never run with machine code compiled before the edit.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ Compiled = TypeVar("Compiled", bound=Callable[..., Any])
 
 
 def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> set[str]:
-    """The files of a function, of every compiled function that it calls, directly or not, of what these import and use,
-    a number for example, and of the named tuples that they know: Numba tells those apart by class alone, not by their
-    fields.
+    """Return the files that a function's machine code depends on.
 
-    Where a generic function is called, its rules for ``classes`` count.
+    These are the files of the function, of every compiled function that it calls, directly or not, of the modules whose
+    names these use (a constant, for example), and of the named tuples that they know: Numba tells named tuples apart by
+    class alone, not by their fields. If a generic function is called, its rules for ``classes`` count.
     """
     files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
     files |= {_file_of(known) for known in classes}
@@ -59,7 +59,7 @@ def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> 
 
 
 def _file_of(defined: Any) -> str:
-    """Where a function or a class is written, or something that is no file."""
+    """Return the file that defines a function or a class, or a text that names no file."""
     try:
         return inspect.getfile(defined)
     except (TypeError, OSError):
@@ -67,29 +67,29 @@ def _file_of(defined: Any) -> str:
 
 
 def _file_of_module(name: str, package: str | None) -> str | None:
-    """Return the file of a module that is loaded, by its name as a package imports it."""
+    """Return the file of a loaded module, found by the name under which a package imports it."""
     try:
         return getattr(sys.modules.get(resolve_name(name, package)), "__file__", None)
-    except ImportError:  # a relative import where there is no package: what an ``except ImportError`` is there for
+    except ImportError:  # a relative import outside a package; the source itself catches the error
         return None
 
 
 @functools.cache
 def _imports(source: bytes) -> set[tuple[str, str]]:
-    """Return each name that a source imports, with its module, which has dots before it if it is relative.
+    """Return each name that a source imports, with its module; a relative module begins with dots.
 
-    A name may have several modules, the second for when the first cannot be imported.
+    A name may have several modules: the second serves when the first cannot be imported.
     """
     try:
-        tree = ast.parse(source)  # bytes: the source itself says how they are encoded
-    except (SyntaxError, ValueError):  # no Python: random bytes, or what somebody made of a file since it was imported
+        tree = ast.parse(source)  # bytes, because the source declares its own encoding
+    except (SyntaxError, ValueError):  # not Python: random bytes, or a file that was edited after it was imported
         return set()
     lines = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     return {(a.asname or a.name, "." * line.level + (line.module or "")) for line in lines for a in line.names}
 
 
 def named_tuples(kinds: Iterable[types.Type]) -> set[type]:
-    """The classes of all named tuples among some Numba types, and in them."""
+    """Return the classes of all named tuples among some Numba types, nested ones included."""
     found: set[type] = set()
     for kind in kinds:
         if isinstance(kind, types.BaseNamedTuple):
@@ -100,28 +100,30 @@ def named_tuples(kinds: Iterable[types.Type]) -> set[type]:
 
 
 _DAMAGED = (
-    *(ImportError, AttributeError),  # the index knows a class, in somebody's experiment, that is gone
-    *(EOFError, caching.pickle.UnpicklingError),  # the machine lost power when it was written
+    *(ImportError, AttributeError),  # the index names a class (of an experiment, for example) that no longer exists
+    *(EOFError, caching.pickle.UnpicklingError),  # the machine lost power while the index was written
 )
 
 _warned = False
 
 
 def _warn(why: str) -> None:
-    """Tell, once in a process, that machine code is not kept."""
+    """Warn, once in a process, that machine code is not cached."""
     global _warned
     if not _warned:
         line = f"machine code is not kept, and compiled again each time: {why}"
         line += "; set NUMBA_CACHE_DIR to a writable directory"
-        warnings.warn_explicit(line, RuntimeWarning, __package__, 0)  # without a line of source, to be one line itself
+        warnings.warn_explicit(line, RuntimeWarning, __package__, 0)  # printed in one line, without a line of source
         _warned = True
 
 
 class _DigestCache(caching.FunctionCache):
-    """Numba's cache with the digest of all sources in the key. Work need not end where it cannot be read or written."""
+    """Numba's cache with the digest of all sources in the key. A cache that cannot be read or written does not stop the
+    program.
+    """
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The machine code for a signature, or None."""
+        """Return the machine code for a signature, or None."""
         with self._as_far_as_possible():
             try:
                 return super().load_overload(sig, target_context)
@@ -130,7 +132,7 @@ class _DigestCache(caching.FunctionCache):
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, if there is room."""
+        """Write machine code to the cache, if there is room."""
         with self._as_far_as_possible():
             super().save_overload(sig, data)
 
@@ -150,21 +152,25 @@ class _DigestCache(caching.FunctionCache):
 
 
 class _NoCache(caching.NullCache):
-    """Keeps nothing."""
+    """A cache that stores nothing."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._file = _file_of(function)
 
     def load_overload(self, _sig: Any, _target_context: Any) -> None:
-        """Nothing is there; who waits for a compilation now should know that the next start could be spared it."""
-        if Path(self._file).is_file():  # else no directory would help: it is in a notebook's cell, for example
+        """Return None, and warn that the code is compiled at every start although a writable directory would prevent
+        it.
+        """
+        if Path(self._file).is_file():  # a function in a notebook's cell, for example, cannot be cached at all
             given = numba.config.CACHE_DIR
             _warn(f"{given} cannot be written to" if given else "there is no place for it")
 
 
 _DEFINED: dict[str, bytes] = {}
-"""What each file with a rule held when the rule was defined. Were it read only when the rule is compiled, and edited in
-between, the old rule's machine code would be kept as the new one's."""
+"""Content of each file with a rule at the time when the rule was defined.
+
+If the file were read only when the rule is compiled, after an edit, the old rule's machine code would be cached as the
+new one's."""
 
 
 def _remember(function: Callable[..., Any]) -> None:
@@ -176,28 +182,30 @@ def _remember(function: Callable[..., Any]) -> None:
 def _source(file: str) -> bytes:
     if file in _DEFINED:
         return _DEFINED[file]
-    # What is in no file, but in a notebook's cell for example, is never the same again.
+    # Code in no file (in a notebook's cell, for example) gets random bytes, so that its digest never matches.
     return Path(file).read_bytes() if Path(file).is_file() else os.urandom(16)
 
 
 def rule(function: Compiled) -> Compiled:
-    """Compile a function that other compiled functions call; it becomes part of them.
+    """Compile a function that other compiled functions call; it is inlined into them.
 
-    Rules allocate nothing (and could not: Numba's reference counts, switched off here, cost more than the rules do).
+    Rules allocate nothing. They cannot: Numba's reference counts are switched off, because they cost more than the
+    rules.
     """
     _remember(function)
     return njit(nogil=True, _nrt=False, forceinline=True)(function)  # type: ignore[no-any-return]
 
 
 def entry_point(function: Compiled) -> Compiled:
-    """Compile a function that Python calls, keep the machine code on disk, and let threads run it at the same time.
+    """Compile a function that Python calls. Its machine code is cached on disk, and threads can run it at the same
+    time.
 
-    It allocates nothing either; callers pass it the memory it works in.
+    It allocates nothing either; callers pass the memory that it works in.
     """
     _remember(function)
     dispatcher = njit(nogil=True, _nrt=False)(function)
     try:
         dispatcher._cache = _DigestCache(function)
-    except RuntimeError:  # no place on this machine that can be written to
+    except RuntimeError:  # no cache directory on this machine can be written to
         dispatcher._cache = _NoCache(function)
     return dispatcher  # type: ignore[no-any-return]

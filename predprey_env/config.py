@@ -19,12 +19,12 @@ CLOSENESS = ("uncaught", "all", "nearest")
 
 
 class TeamShape(NamedTuple):
-    """What a team is in a world."""
+    """Sizes of one team in a world."""
 
     n_agents: int
     n_opponents: int
     n_actions: int
-    """Of each agent."""
+    """Number of actions of each agent."""
 
     @property
     def n_seen(self) -> int:
@@ -33,7 +33,7 @@ class TeamShape(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """:class:`EnvConfig` as compiled code reads it: plain numbers."""
+    """An :class:`EnvConfig` in the form that compiled code reads: plain numbers."""
 
     n_predators: int
     n_prey: int
@@ -65,7 +65,10 @@ class EnvParameters(TypedDict, total=False):
 
 
 class EnvConfig(Settings):
-    """The world of Rawal, Rajagopalan & Miikkulainen (2010), sections III and V, with its open points as switches."""
+    """Settings of the world of Rawal, Rajagopalan & Miikkulainen (2010), sections III and V.
+
+    Every choice that the paper leaves open is an option.
+    """
 
     n_predators: int = Field(default=3, ge=1)
     """Predators in the team."""
@@ -80,26 +83,26 @@ class EnvConfig(Settings):
     """Time limit of an episode, in steps."""
 
     move_order: Literal["simultaneous", "prey_first"] = "simultaneous"
-    """Who moves when: all at once; or in turns, where the prey move and the predators see it before they choose."""
+    """Order of moves: all at once; or in turns, where the prey move and the predators see it before they choose."""
 
     swap_captures: bool = False
-    """Whether a predator and a prey that trade places count as a capture; in turns nobody does."""
+    """Count it as a capture when a predator and a prey trade places; agents that move in turns never trade places."""
 
     captured_prey: Literal["inert", "removed"] = "inert"
-    """What becomes of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves."""
+    """Fate of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves."""
 
     start_collisions: Literal["redraw", "allow"] = "redraw"
-    """What becomes of a prey whose random start is a predator's cell."""
+    """Treatment of a prey whose random start is a predator's cell: it is placed again, or stays there."""
 
     predator_idle: bool = True
-    """Whether predators have the fifth action, to stand still."""
+    """Give predators the fifth action, to stand still."""
 
     closeness: Literal["uncaught", "all", "nearest"] = "uncaught"
     """Distances in the predators' fitness: to each uncaught prey; to all prey, a caught one at distance 0; or from the
     nearest predator to each uncaught prey."""
 
     credit: Literal["team", "individual"] = "team"
-    """Whose distances count for a predator: the whole team's or its own."""
+    """Distances that count for a predator: those of the whole team, or only its own."""
 
     prey_fitness: Literal["lifespan", "complementary"] = "lifespan"
     """The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing."""
@@ -111,28 +114,28 @@ class EnvConfig(Settings):
     def _fits(self) -> EnvConfig:
         if self.n_agents > self.size**2:
             raise ValueError(f"{self.n_agents} agents need at least as many cells, got size={self.size}")
-        # Or random starts off the predators would be hard to find.
+        # With more predators it would take long to sample a prey's start off the predators.
         if 2 * self.n_predators > self.size**2:
             raise ValueError(f"{self.n_predators} predators need twice as many cells, got size={self.size}")
         return self
 
     @property
     def n_agents(self) -> int:
-        """Predators and prey together; predators come first in every array."""
+        """Number of predators and prey together; predators come first in every array."""
         return self.n_predators + self.n_prey
 
     @property
     def n_predator_actions(self) -> int:
-        """5, or 4 where predators may not idle."""
+        """Number of actions of a predator: 5, or 4 if predators may not idle."""
         return 5 if self.predator_idle else 4
 
     @property
     def n_prey_actions(self) -> int:
-        """4: prey always move."""
+        """Number of actions of a prey: 4, as prey always move."""
         return 4
 
     def team(self, name: TeamName) -> TeamShape:
-        """The numbers of one team; :class:`ValueError` for a name that is none."""
+        """Return the sizes of one team; raise :class:`ValueError` for an unknown team name."""
         if name not in TEAMS:
             raise ValueError(f"team must be {' or '.join(TEAMS)}, got {name!r}")
         if name == "predators":
@@ -141,7 +144,7 @@ class EnvConfig(Settings):
 
     @property
     def rules(self) -> Rules:
-        """The same as numbers for compiled code."""
+        """The settings as plain numbers for compiled code."""
         return Rules(
             n_predators=self.n_predators,
             n_prey=self.n_prey,

@@ -1,4 +1,4 @@
-"""One step of the world: who moves where, and who is caught (sections III and V).
+"""One step of the world: how agents move, and which prey are caught (sections III and V).
 
 Agents are rows, predators first. All functions change a :class:`World` in place and allocate nothing.
 """
@@ -23,12 +23,12 @@ class World(NamedTuple):
     """Rows, in cells, in [0, size): int32 ``(n_agents,)``. North is +1."""
 
     alive: Any
-    """1 while a prey is not caught: int32 ``(n_prey,)``."""
+    """1 for a free prey, 0 for a caught one: int32 ``(n_prey,)``."""
 
 
 @rule
 def target(world: World, agent: int, action: Any, size: int) -> Any:
-    """The cell ``(x, y)`` that an action leads to. 0 east, 1 west, 2 north, 3 south, 4 idle."""
+    """Return the cell ``(x, y)`` that an action leads to: 0 east, 1 west, 2 north, 3 south, 4 idle."""
     east_west = where(action == 0, 1, where(action == 1, -1, 0))
     north_south = where(action == 2, 1, where(action == 3, -1, 0))
     return wrap(load(world.x, agent) + east_west, size), wrap(load(world.y, agent) + north_south, size)
@@ -36,7 +36,7 @@ def target(world: World, agent: int, action: Any, size: int) -> Any:
 
 @rule
 def move_predators(world: World, actions: Any, rules: Rules) -> None:
-    """Every predator takes its action."""
+    """Move every predator by its action."""
     for predator in range(rules.n_predators):
         x, y = target(world, predator, load(actions, predator), rules.size)
         store(world.x, predator, x)
@@ -45,7 +45,7 @@ def move_predators(world: World, actions: Any, rules: Rules) -> None:
 
 @rule
 def move_prey(world: World, actions: Any, rules: Rules) -> None:
-    """Every prey that is not caught takes its action; a caught one stays where it is."""
+    """Move every free prey by its action; a caught prey stays where it is."""
     for prey in range(rules.n_prey):
         agent = rules.n_predators + prey
         free = load(world.alive, prey) != 0
@@ -56,7 +56,7 @@ def move_prey(world: World, actions: Any, rules: Rules) -> None:
 
 @rule
 def capture(world: World, rules: Rules) -> None:
-    """A prey is caught when a predator is in its cell."""
+    """Mark as caught every prey with a predator in its cell."""
     for prey in range(rules.n_prey):
         agent = rules.n_predators + prey
         alive = load(world.alive, prey)
@@ -68,7 +68,7 @@ def capture(world: World, rules: Rules) -> None:
 
 @rule
 def capture_swaps(world: World, actions: Any, rules: Rules) -> None:
-    """Before the moves: a prey is caught when it and a predator are about to trade cells."""
+    """Mark as caught every prey that is about to trade cells with a predator; call it before the moves."""
     for prey in range(rules.n_prey):
         agent = rules.n_predators + prey
         alive = load(world.alive, prey)
@@ -83,7 +83,10 @@ def capture_swaps(world: World, actions: Any, rules: Rules) -> None:
 
 @rule
 def step(world: World, actions: Any, rules: Rules) -> None:
-    """One time step in which all move at once: int32 ``actions`` of shape ``(n_agents,)``, of caught prey ignored."""
+    """Play one time step in which all agents move at once.
+
+    ``actions`` is int32 ``(n_agents,)``; the actions of caught prey are ignored.
+    """
     if rules.swap_captures:
         capture_swaps(world, actions, rules)
     move_prey(world, actions, rules)
@@ -93,25 +96,25 @@ def step(world: World, actions: Any, rules: Rules) -> None:
 
 @rule
 def prey_turn(world: World, actions: Any, rules: Rules) -> None:
-    """The first half of a time step in which the prey move first; the predators see it before they choose."""
+    """Play the first half of a time step in turns: the prey move, and the predators see it before they choose."""
     move_prey(world, actions, rules)
     capture(world, rules)
 
 
 @rule
 def predators_turn(world: World, actions: Any, rules: Rules) -> None:
-    """The second half of such a time step."""
+    """Play the second half of a time step in turns: the predators move."""
     move_predators(world, actions, rules)
     capture(world, rules)
 
 
-# Whose turn it is.
+# Values of ``turn``: the agents that move in it.
 NOBODY, EVERYBODY, PREY, PREDATORS = range(4)
 
 
 @rule
 def take_turn(world: World, actions: Any, turn: int, rules: Rules) -> None:
-    """A time step, or the half of one that is somebody's."""
+    """Play a whole time step, or the half of it in which one team moves."""
     if turn == EVERYBODY:
         step(world, actions, rules)
     elif turn == PREY:
@@ -122,7 +125,7 @@ def take_turn(world: World, actions: Any, turn: int, rules: Rules) -> None:
 
 @rule
 def count_alive(world: World, rules: Rules) -> Any:
-    """How many prey are not caught."""
+    """Return the number of prey that are not caught."""
     alive = load(world.alive, 0)
     for prey in range(1, rules.n_prey):
         alive = alive + load(world.alive, prey)
@@ -131,5 +134,5 @@ def count_alive(world: World, rules: Rules) -> Any:
 
 @rule
 def is_over(world: World, steps: Any, rules: Rules) -> Any:
-    """Whether an episode of so many steps ends: all prey are caught, or the time is up."""
+    """Return whether an episode ends after ``steps`` steps: all prey are caught, or the time is up."""
     return (count_alive(world, rules) == 0) | (steps >= rules.max_cycles)

@@ -1,4 +1,4 @@
-"""The fitness of both teams (section V), as if the episode ended now. One world at a time, in double precision."""
+"""Fitness of both teams as if the episode ended now (section V). One world at a time, in double precision."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from predprey_env.dynamics import World, count_alive
 from predprey_env.torus import displacement, largest_distance, manhattan
 
 BEST = 25.0
-"""The fitness of a predator team that caught all prey, and of a prey team that lost none."""
+"""Fitness of a predator team that caught all prey, and of a prey team that lost none."""
 
 ALL, NEAREST = 1, 2  # positions in config.CLOSENESS
 
 
 @rule
 def distance(world: World, predator: int, prey: int, rules: Rules) -> Any:
-    """Toroidal Manhattan distance from a predator to a prey, in steps; 0 for a caught prey."""
+    """Return the toroidal Manhattan distance from a predator to a prey, in steps; 0 for a caught prey."""
     if world.alive[prey] == 0:
         return 0
     agent = rules.n_predators + prey
@@ -28,11 +28,11 @@ def distance(world: World, predator: int, prey: int, rules: Rules) -> Any:
 
 @rule
 def closeness(world: World, first: int, last: int, rules: Rules) -> float:
-    """``d`` of the predators ``first`` to ``last - 1``, in [0, 1]: 1 minus their mean distance to the prey over the
-    largest distance on the torus.
+    """Return ``d`` of the predators ``first`` to ``last - 1``, in [0, 1].
 
-    The paper calls ``d`` "the normalized sum of distances"; taken as closeness, over the prey still free, it is the one
-    reading that leaves the fitness ordered by prey caught and below 25.
+    ``d`` is 1 minus their mean distance to the prey over the largest distance on the torus. The paper calls ``d`` "the
+    normalized sum of distances". Read as closeness to the prey still free, it is the only reading that orders the
+    fitness by prey caught and keeps it below 25.
     """
     total, terms = 0.0, 0
     for prey in range(rules.n_prey):
@@ -53,9 +53,9 @@ def closeness(world: World, first: int, last: int, rules: Rules) -> float:
 
 @rule
 def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float:
-    """25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught.
+    """Return 25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught.
 
-    The paper's formula, for its two prey: for four and more it pays over 25 when one is left.
+    The paper states the formula for its two prey. With four or more prey it exceeds 25 when only one is left.
     """
     n = rules.n_prey
     caught: int = n - count_alive(world, rules)
@@ -66,8 +66,9 @@ def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float
 
 @rule
 def prey_fitness(world: World, steps: int, rules: Rules) -> float:
-    """25 if none is caught, 12.5 if some are, ``12.5 rho / R`` if all: ``rho`` the steps played until the last was
-    caught, ``R`` the time limit.
+    """Return 25 if no prey is caught, 12.5 if some are, and ``12.5 rho / R`` if all are.
+
+    ``rho`` is the number of steps until the last prey was caught, ``R`` the time limit.
     """
     alive = count_alive(world, rules)
     if alive == rules.n_prey:
@@ -79,7 +80,7 @@ def prey_fitness(world: World, steps: int, rules: Rules) -> float:
 
 @rule
 def fitness(world: World, steps: int, rules: Rules, out: Any) -> None:
-    """Write every agent's fitness to ``out``, float64 ``(n_agents,)``, for an episode of ``steps`` steps."""
+    """Write every agent's fitness after ``steps`` steps to ``out``, float64 ``(n_agents,)``."""
     team = predator_fitness(world, 0, rules.n_predators, rules)
     for predator in range(rules.n_predators):
         own = rules.individual_credit

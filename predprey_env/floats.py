@@ -1,4 +1,4 @@
-"""32-bit floating point on values: the operations that Python has no sign for. See :mod:`predprey_env.lanes`."""
+"""32-bit floating-point operations on values for which Python has no operator. See :mod:`predprey_env.lanes`."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from predprey_env.lanes import FLOATS, INTEGERS, LANES, Lanes, is_lanes, row_poi
 _I32 = ir.IntType(32)
 
 ROUNDER = np.float32(1.5 * 2**23 + 127)
-"""Added to a number below 2**22 it rounds it to an integer, which it leaves, biased as an exponent is, in the lowest
-bits; taken off again it leaves the integer."""
+"""Constant that rounds a number below 2**22 to an integer when it is added to the number.
+
+The sum holds the integer, biased like an exponent, in its lowest bits. Subtracting the constant again gives the
+integer."""
 
 
 def _llvm(builder: Any, name: str, *values: Any) -> Any:
-    """Call an LLVM floating-point intrinsic, on numbers or on vectors."""
+    """Call an LLVM floating-point intrinsic on numbers or on vectors."""
     kind = values[0].type
     suffix = f"v{LANES}f32" if isinstance(kind, ir.VectorType) else "f32"
     function = ir.FunctionType(kind, [kind] * len(values))
@@ -36,13 +38,13 @@ def _constant(kind: Any, number: int) -> Any:
 
 
 def fma(a: Any, b: Any, c: Any) -> Any:
-    """``a * b + c`` of 32-bit floats, rounded once."""
+    """Return ``a * b + c`` of 32-bit floats, rounded once."""
     product, term = np.float64(a) * np.float64(b), np.float64(c)  # the product is exact
     total = product + term
     rest = total - product
     error = (product - (total - rest)) + (term - rest)
     if error and not np.float64(total).view(np.int64) & 1:
-        # Rounded to odd, the double keeps on which side of a tie between two floats the exact sum is.
+        # Round the double to odd, so that it records on which side of a tie between two floats the exact sum is.
         total = np.nextafter(total, np.inf if error > 0 else -np.inf)
     return np.float32(total)
 
@@ -69,8 +71,9 @@ def _fma_overload(a, b, c):
 
 
 def power_of_two(shifted: Any) -> Any:
-    """``2 ** n`` of a 32-bit float that holds ``n`` in its lowest bits: the sum of :data:`ROUNDER` and a number that is
-    ``n`` when rounded, in [-126, 127].
+    """Return ``2 ** n`` of a 32-bit float that holds ``n`` in its lowest bits.
+
+    ``shifted`` is the sum of :data:`ROUNDER` and a number that rounds to ``n``, in [-126, 127].
     """
     return np.left_shift(np.float32(shifted).view(np.int32), np.int32(23)).view(np.float32)
 
@@ -91,7 +94,7 @@ def _power_of_two_overload(shifted):
 
 
 def as_float(a: Any) -> Any:
-    """An integer as a 32-bit float."""
+    """Return an integer as a 32-bit float."""
     return np.float32(a)
 
 
@@ -109,7 +112,7 @@ def _as_float(a):
 
 
 def as_integer(a: Any) -> Any:
-    """A float as a 32-bit integer, rounded towards zero."""
+    """Return a float as a 32-bit integer, rounded towards zero."""
     return np.int32(a)
 
 
@@ -127,7 +130,7 @@ def _as_integer(a):
 
 
 def zeros(weights: Any, blank: tuple[Any, ...]) -> Any:
-    """As many zeros as ``blank`` has entries, each of the kind that the rows of ``weights`` are."""
+    """Return as many zeros as ``blank`` has entries: 32-bit floats, or lanes if the rows of ``weights`` are lanes."""
     return tuple(weights[0] * 0 for _ in blank)
 
 
@@ -148,9 +151,10 @@ def _zeros_overload(weights, blank):
 
 
 def add_products(sums: tuple[Any, ...], weights: Any, row: int, factor: Any) -> Any:
-    """Each sum plus its weight times one factor, rounded once; the weights are the rows from ``row`` on.
+    """Return each sum plus its weight times one factor, rounded once.
 
-    The sums are a tuple, whose length is part of its type, so that they stay in registers.
+    The weights are the rows of ``weights`` from ``row`` on. The sums are a tuple, whose length is part of its type, so
+    that they stay in registers.
     """
     return tuple(fma(weights[row + k], factor, total) for k, total in enumerate(sums))
 

@@ -2,16 +2,17 @@
 
 Every compiled rule of this project is written over *values*. A value is one number, or :data:`LANES` numbers side by
 side in vector registers, one for each of ``LANES`` worlds that are played together. Numba compiles the same source for
-either, so the fast path of the trainer and the PettingZoo environment cannot drift apart.
+both, so the fast path of the trainer and the PettingZoo environment cannot drift apart.
 
-What a rule may use: ``+ - *`` and, on floats, ``/``, comparisons, ``&`` and ``|`` on masks, and the functions of this
-module. A rule never branches on a value (lanes would have to part ways); it selects with :func:`where`. Its constants
-are integers or ``np.float32``, so that one number is not computed in higher precision than sixteen. Values live in
-arrays whose *rows* are values: C-contiguous, ``(rows,)`` for one world, ``(rows, LANES)`` for a block of worlds.
+A rule may use ``+ - *`` and, on floats, ``/``, comparisons, ``&`` and ``|`` on masks, and the functions of this module.
+A rule never branches on a value, because the lanes would have to part ways; it selects with :func:`where`. Its
+constants are integers or ``np.float32``, so that one number is not computed in higher precision than sixteen. Values
+live in arrays whose *rows* are values: C-contiguous, ``(rows,)`` for one world, ``(rows, LANES)`` for a block of
+worlds.
 
 The vectors are explicit LLVM vectors rather than loops that a compiler may or may not vectorise: compilation is short,
-the speed does not hang on an optimiser's mood, and as each operation is an IEEE one (nothing is reassociated, and
-multiply-add is fused only where :func:`fma` says so) one lane gives the same bits as one number.
+and the speed does not depend on an optimiser. Each operation is an IEEE one: nothing is reassociated, and multiply-add
+is fused only by :func:`fma`. So one lane gives the same bits as one number.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from numba.core.datamodel import models
 from numba.extending import intrinsic, overload, register_model
 
 LANES = 16
-"""Worlds played side by side: two AVX2 or one AVX-512 register of 32-bit numbers."""
+"""Number of worlds played side by side: two AVX2 registers or one AVX-512 register of 32-bit numbers."""
 
 _ELEMENTS = {types.float32: ir.FloatType(), types.int32: ir.IntType(32), types.boolean: ir.IntType(1)}
 _I32 = ir.IntType(32)
@@ -54,12 +55,12 @@ _OF_ELEMENT = {types.float32: FLOATS, types.int32: INTEGERS}
 
 
 def is_lanes(*values: Any) -> bool:
-    """Whether any of some Numba types is :class:`Lanes`."""
+    """Return whether any of the given Numba types is :class:`Lanes`."""
     return any(isinstance(value, Lanes) for value in values)
 
 
 def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: Any) -> Any:
-    """The value itself, or a number cast to the element type and repeated in every lane."""
+    """Return a vector: lanes unchanged, or a number cast to the element type and repeated in every lane."""
     if isinstance(given, Lanes):
         return value
     number = context.cast(builder, value, given, lanes.element)
@@ -68,10 +69,10 @@ def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: A
 
 
 def lane_zeros(kind: type, *shape: int) -> np.ndarray:
-    """Zeros of a 32-bit type, of shape ``(*shape, LANES)``, whose rows begin on a cache line: no load crosses one, and
-    no two threads write to the same.
+    """Return zeros of a 32-bit type, of shape ``(*shape, LANES)``, whose rows begin on a cache line.
 
-    Raises :class:`ValueError` where Numba compiles nothing: uncompiled rules play one world at a time.
+    No load then crosses a cache line, and no two threads write to the same one. Raises :class:`ValueError` if Numba's
+    compilation is disabled, because uncompiled rules play one world at a time.
     """
     if numba.config.DISABLE_JIT:
         raise ValueError(
@@ -111,7 +112,7 @@ def _comparison(symbol: str) -> Callable[..., Any]:
     def emit(builder: Any, lanes: Lanes, a: Any, b: Any) -> Any:
         if lanes is not FLOATS:
             return builder.icmp_signed(symbol, a, b)
-        # NaN is unequal to everything, and nothing else
+        # NaN is unequal to everything, and every other comparison with it is false.
         return (builder.fcmp_unordered if symbol == "!=" else builder.fcmp_ordered)(symbol, a, b)
 
     return emit
@@ -133,7 +134,7 @@ _define_operator(operator.ne, _comparison("!="), gives_mask=True)
 
 
 def where(mask: Any, a: Any, b: Any) -> Any:
-    """``a`` where the mask holds, else ``b``; both are always evaluated."""
+    """Return ``a`` where the mask holds, else ``b``; both are always evaluated."""
     return a if mask else b
 
 
@@ -160,7 +161,7 @@ def _where(mask, a, b):
 
 
 def any_of(mask: Any) -> bool:
-    """Whether the mask holds in any lane."""
+    """Return whether the mask holds in any lane."""
     return bool(mask)
 
 
@@ -179,7 +180,7 @@ def _any_of(mask):
 
 
 def load(array: Any, row: int) -> Any:
-    """The value in a row of an array of shape ``(rows,)`` or ``(rows, LANES)``, C-contiguous."""
+    """Return the value in a row of an array of shape ``(rows,)`` or ``(rows, LANES)``, C-contiguous."""
     return array[row]
 
 
@@ -189,7 +190,7 @@ def store(array: Any, row: int, value: Any) -> None:
 
 
 def row_pointer(context: Any, builder: Any, array_type: types.Array, array: Any, row: Any) -> Any:
-    """Where a row of an array of shape ``(rows, LANES)`` begins, as a pointer to a vector."""
+    """Return a vector pointer to the beginning of a row of an array of shape ``(rows, LANES)``."""
     base = context.make_array(array_type)(context, builder, array).data
     start = builder.gep(base, [builder.mul(row, row.type(LANES))])
     return builder.bitcast(start, ir.VectorType(_ELEMENTS[array_type.dtype], LANES).as_pointer())

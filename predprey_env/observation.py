@@ -1,4 +1,4 @@
-"""What an agent sees: the offsets of the opposing team, and nothing of its own (section V)."""
+"""Observations: the offsets to the opposing team. An agent sees nothing of its own team (section V)."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from predprey_env.torus import displacement
 
 @rule
 def observe(world: World, agent: int, rules: Rules, out: Any, row: int) -> int:
-    """Write an agent's view to ``out``, float32, from ``row`` on, and return the row after it.
+    """Write an agent's observation to ``out``, float32, from ``row`` on, and return the row after it.
 
-    For each opponent, in order: its offset along x, then along y, opponent minus self, the shortest way round the
-    torus, in cells. To and from a caught prey it is (0, 0).
+    The observation holds, for each opponent in order, its offset along x and along y: opponent minus self, the shortest
+    way round the torus, in cells. The offset to or from a caught prey is (0, 0).
     """
     predator = agent < rules.n_predators
     first = rules.n_predators if predator else 0

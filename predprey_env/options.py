@@ -1,4 +1,4 @@
-"""Options that an environment is reset with."""
+"""Options of an environment's ``reset``."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from typing import Any
 from predprey_env.actions import brief
 
 OPTIONS = ("starts", "reset_mask")
-"""All there are; `reset_mask` is for environments of many worlds."""
+"""Names of all options; `reset_mask` is only for environments with many worlds."""
 
 
 def read_options(options: Any, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
-    """Return the options of a reset by name; :class:`ValueError` for one that is ours misspelt, or of another
-    environment of ours.
+    """Return the options of a reset by name.
 
-    Other unknown names are passed over, as wrappers have options of their own; with ``only_ours`` they are refused too.
+    Raises :class:`ValueError` for a name that looks like a misspelt option of ours, and for an option that only our
+    other environments have. Wrappers have options of their own, so other unknown names are ignored; with ``only_ours``
+    they are refused too.
     """
     if options is None:
         return {}
@@ -36,8 +37,8 @@ _SYNONYMS = {"starts": "(starts?|starting|cells?|positions?|_)+", "reset_mask": 
 
 
 def _ours(name: str) -> str | None:
-    """Return the option of ours that a name resembles."""
+    """Return the option of ours that a name resembles, or None."""
     meant = [option for option, pattern in _SYNONYMS.items() if re.fullmatch(pattern, name.lower())]
     near = difflib.get_close_matches(name.lower(), OPTIONS, n=1, cutoff=0.8)
-    meant += [option for option in near if option[0] == name[0].lower()]  # not of "restarts"
+    meant += [option for option in near if option[0] == name[0].lower()]  # "restarts" is not a misspelt "starts"
     return meant[0] if meant else None

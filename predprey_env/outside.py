@@ -1,4 +1,4 @@
-"""Teams that are not compiled: asked in Python, world by world or all at once."""
+"""Teams that are not compiled: their policy is asked in Python, for each world or for all worlds at once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ from predprey_env.worlds import Dictated, Worlds
 def seat(
     opponent: Opponent, team: TeamName, config: EnvConfig, n_worlds: int
 ) -> tuple[Policy, OutsideTeam | None, Any]:
-    """Return an opponent's policy, what asks it in Python if it is not compiled, and its player in compiled code."""
+    """Return an opponent's policy, the :class:`OutsideTeam` that asks it in Python, and its player in compiled code.
+
+    The outside team is None if the policy is compiled; otherwise the player is :class:`~predprey_env.worlds.Dictated`.
+    """
     policy = as_policy(opponent, team, config)
     player = compiled_player(policy, team, config, LANES)
     if player is not None:
@@ -29,11 +32,11 @@ class OutsideTeam:
     """Any policy as a team in many worlds.
 
     Args:
-        policy: Of one that has no ``act_batch``, each world gets a copy.
+        policy: Policy that plays. Each world gets a copy unless the policy has ``act_batch``.
         config: The world.
-        team: Which team it plays.
-        n_worlds: How many.
-        whose: Policy it is, as errors say.
+        team: Team that the policy plays.
+        n_worlds: Number of worlds.
+        whose: Owner of the policy, as error messages name it.
     """
 
     player = Dictated()
@@ -47,10 +50,14 @@ class OutsideTeam:
         self._at_once = asked_at_once(policy)
         self._policies = [policy] if self._at_once else [own_copy(policy, whose) for _ in range(n_worlds)]
         self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
-        """What the team sees: the caller writes it before :meth:`choose`."""
+        """Observations of the team, float32 ``(n_worlds, n_agents, n_seen)``. The caller writes them before
+        :meth:`choose`."""
 
     def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:
-        """Start an episode in some worlds."""
+        """Start an episode in the worlds ``which``, int ``(n,)``, with a seed for each, int ``(n,)``.
+
+        A policy with ``act_batch`` is reset only when all worlds start together, with the first seed.
+        """
         if self._at_once:
             if len(which) == len(self.views):
                 self._policies[0].reset(int(seeds[0]))
@@ -59,19 +66,21 @@ class OutsideTeam:
             self._policies[world].reset(seed)
 
     def act(self, playing: np.ndarray) -> np.ndarray:
-        """What the team does, int ``(n_worlds, n_agents)``, on :attr:`views`.
+        """Return the team's actions for the observations in :attr:`views`, int ``(n_worlds, n_agents)``.
 
         Args:
-            playing: bool ``(n_worlds,)``: which worlds go on; in the others actions mean nothing.
+            playing: bool ``(n_worlds,)``: the worlds in which the episode goes on; in the others the actions mean
+                nothing.
 
         Raises:
-            RuntimeError: From what the policy raised.
-            ValueError: What it returned is not an action for each agent.
+            RuntimeError: The policy raised an exception.
+            ValueError: The policy did not return an action for each agent.
         """
         return self._ask_all() if self._at_once else self._ask_each(playing)
 
     def choose(self, worlds: Worlds) -> None:
-        """Put the actions where :class:`~predprey_env.worlds.Dictated` finds them."""
+        """Write the team's actions to the memory rows from which :class:`~predprey_env.worlds.Dictated` reads them."""
+        # The last block may have unused lanes: views has a row for each world only.
         actions = self.act(worlds.over[:, 0].reshape(-1)[: len(self.views)] == 0)
         n_worlds, n_agents = actions.shape
         padded = np.zeros((len(worlds.kept) * LANES, n_agents), np.int32)

@@ -1,10 +1,10 @@
 """# Predators and prey
 
-A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. Nobody is told what
-a team-mate does. As prey cannot be outrun, predators must come from several sides at once; as three predators cannot
-close four exits at once, prey that foresee them escape. The task is that of Rawal, Rajagopalan & Miikkulainen (2010),
-*Constructing Competitive and Cooperative Agent Behavior Using Coevolution*. `make` is in PettingZoo from 1.27 on, and knows
-the name once `predprey_env` is imported.
+A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. No agent observes
+its team-mates. Prey cannot be outrun, so predators must come from several sides at once; three predators cannot close
+four exits at once, so prey that foresee them escape. The task is that of Rawal, Rajagopalan & Miikkulainen (2010),
+*Constructing Competitive and Cooperative Agent Behavior Using Coevolution*. `pettingzoo.make` exists from PettingZoo 1.27
+on; it knows the environment after `import predprey_env`.
 
 | Import             | `from predprey_env import predprey_v0`                          |
 |--------------------|-----------------------------------------------------------------|
@@ -22,14 +22,15 @@ the name once `predprey_env` is imported.
 
 ### Observation space
 
-An agent sees the other team, and nothing of its own: for each opponent in order, its offset along x and along y,
-opponent minus self, the shortest way round the torus, in cells, float32. The offset to and from a caught prey is (0, 0).
+An agent observes the other team, and nothing of its own. The observation holds, for each opponent in order, its offset
+along x and along y: opponent minus self, the shortest way round the torus, in cells, float32. The offset to or from a
+caught prey is (0, 0).
 
 | Entries        | Seen by a predator                  | Seen by a prey                          |
 |----------------|-------------------------------------|-----------------------------------------|
 | `2 i, 2 i + 1` | offset (x, y) to `prey_i`, in cells | offset (x, y) to `predator_i`, in cells |
 
-The state, for centralised critics, holds all columns, all rows, which prey are free, and the share of the time limit
+The state, for centralised critics, holds all columns, all rows, which prey are free, and the fraction of the time limit
 that has passed.
 
 ### Action space
@@ -42,20 +43,20 @@ that has passed.
 | 3      | south, y - 1          |
 | 4      | idle (predators only) |
 
-All agents move at once. With `move_order="prey_first"` each call of `step` is half a time step: first the prey's turn,
-then the predators', by then aware of where the prey went. Actions of the team that is not in turn are ignored; time and
-the end are counted in whole steps.
+All agents move at once. With `move_order="prey_first"` each call of `step` is half a time step: first the prey move, then
+the predators, who have observed where the prey went. Actions of the team that is not in turn are ignored. The time limit
+and the end of an episode count whole steps.
 
-A prey is caught when a predator is in its cell after the move. A caught prey stays in `agents`, does nothing and has its
-actions ignored (`captured_prey="inert"`), or terminates and leaves (`"removed"`), paid as if the episode ended then; what
-happens later does not change that.
+A prey is caught when a predator is in its cell after the move. With `captured_prey="inert"` a caught prey stays in
+`agents`, does nothing, and its actions are ignored. With `"removed"` it terminates and leaves; its reward is the one that
+it would get if the episode ended then, and later events do not change it.
 
 ### Rewards
 
-0 until the last step, on which every agent receives its fitness; with `captured_prey="inert"` the undiscounted return is
-thus the paper's fitness. With `reward="dense"` each step pays the change in what the fitness would be if the episode
-ended now, so that the return is the last fitness minus the first. For predators that tells of every step nearer; for
-prey, whose fitness does not know distances, it pays only when one of them is caught.
+Rewards are 0 until the last step, on which every agent receives its fitness; with `captured_prey="inert"` the undiscounted
+return is thus the paper's fitness. With `reward="dense"` each step pays the change in what the fitness would be if the
+episode ended now, so that the return is the last fitness minus the first. Predators are then rewarded for every step
+nearer. Prey are rewarded only when one of them is caught, because their default fitness ignores distances.
 
 | Team      | Prey caught, `g` of `n` | Fitness                        |
 |-----------|-------------------------|--------------------------------|
@@ -65,29 +66,29 @@ prey, whose fitness does not know distances, it pays only when one of them is ca
 | prey      | `0 < g < n`             | `12.5`                         |
 | prey      | `g = n`                 | `12.5 * rho/R`                 |
 
-`d`, in [0, 1], is how close the predators are to the free prey: 1 minus their mean toroidal Manhattan distance over the
-largest there is. `rho` is the number of steps played, of at most `R = max_cycles`.
+`d`, in [0, 1], measures how close the predators are to the free prey: 1 minus their mean toroidal Manhattan distance over
+the largest distance on the torus. `rho` is the number of steps played, of at most `R = max_cycles`.
 
 ### Starting state
 
-Uniform random cells; a prey in a predator's cell is drawn again. `reset(options={"starts": cells})` places the agents:
-integers `(n_agents, 2)`, predators first. An option that looks like a misspelt `starts` is a `ValueError`; others are left to
-wrappers.
+Cells are uniformly random; prey placed on a predator are placed again. `reset(options={"starts": cells})` places the
+agents: integers `(n_agents, 2)`, predators first. An option that looks like a misspelt `starts` is a `ValueError`; other
+options are left to wrappers.
 
 ### Episode end
 
-Termination: all prey are caught, if only on the last step. Truncation: `max_cycles` steps have passed and some prey are
-free. After that `step` returns five empty dictionaries.
+Termination: all prey are caught, even if on the last step. Truncation: `max_cycles` steps have passed and some prey are
+free. After the end `step` returns five empty dictionaries.
 
 ### Info
 
 | Key          | Value                                                    |
 |--------------|----------------------------------------------------------|
-| `captured`   | 1 if the agent is a prey that is caught, else 0          |
-| `n_captured` | prey caught so far                                       |
+| `captured`   | 1 if the agent is a caught prey, else 0                  |
+| `n_captured` | number of prey caught so far                             |
 | `fitness`    | the agent's fitness if the episode ended now             |
-| `steps`      | time steps begun                                         |
-| `in_turn`    | 1 if its next action counts, 0 if it is not its turn     |
+| `steps`      | number of time steps begun                               |
+| `in_turn`    | 1 if the agent's next action counts, 0 out of its turn   |
 
 ### Arguments
 
@@ -105,19 +106,19 @@ predprey_v0.parallel_env(
 | `n_prey` | `2` | int, at least 1 | Prey in the team. |
 | `size` | `100` | int, 3 to 10000 | Side of the square toroid, in cells. |
 | `max_cycles` | `150` | int, 1 to 1000000 | Time limit of an episode, in steps. |
-| `move_order` | `"simultaneous"` | `"simultaneous"`, `"prey_first"` | Who moves when: all at once; or in turns, where the prey move and the predators see it before they choose. |
-| `swap_captures` | `False` | bool | Whether a predator and a prey that trade places count as a capture; in turns nobody does. |
-| `captured_prey` | `"inert"` | `"inert"`, `"removed"` | What becomes of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves. |
-| `start_collisions` | `"redraw"` | `"redraw"`, `"allow"` | What becomes of a prey whose random start is a predator's cell. |
-| `predator_idle` | `True` | bool | Whether predators have the fifth action, to stand still. |
+| `move_order` | `"simultaneous"` | `"simultaneous"`, `"prey_first"` | Order of moves: all at once; or in turns, where the prey move and the predators see it before they choose. |
+| `swap_captures` | `False` | bool | Count it as a capture when a predator and a prey trade places; agents that move in turns never trade places. |
+| `captured_prey` | `"inert"` | `"inert"`, `"removed"` | Fate of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves. |
+| `start_collisions` | `"redraw"` | `"redraw"`, `"allow"` | Treatment of a prey whose random start is a predator's cell: it is placed again, or stays there. |
+| `predator_idle` | `True` | bool | Give predators the fifth action, to stand still. |
 | `closeness` | `"uncaught"` | `"uncaught"`, `"all"`, `"nearest"` | Distances in the predators' fitness: to each uncaught prey; to all prey, a caught one at distance 0; or from the nearest predator to each uncaught prey. |
-| `credit` | `"team"` | `"team"`, `"individual"` | Whose distances count for a predator: the whole team's or its own. |
+| `credit` | `"team"` | `"team"`, `"individual"` | Distances that count for a predator: those of the whole team, or only its own. |
 | `prey_fitness` | `"lifespan"` | `"lifespan"`, `"complementary"` | The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing. |
 | `reward` | `"terminal"` | `"terminal"`, `"dense"` | Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now. |
-| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: nothing. `"human"`: a window. `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |
+| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: no rendering. `"human"`: a window. `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |
 
-One team at a time: :func:`predprey_env.team_view`. Many worlds at once: :func:`predprey_env.vector_env`. Scripted teams:
-:mod:`predprey_env.policies`.
+:func:`predprey_env.team_view` is an environment of one team, :func:`predprey_env.vector_env` one of many worlds at once.
+Scripted teams are in :mod:`predprey_env.policies`.
 
 ### Version history
 
@@ -157,7 +158,7 @@ def parallel_env(
     reward: Literal["terminal", "dense"] = "terminal",
     render_mode: Literal["human", "ansi", "rgb_array"] | None = None,
 ) -> PredPreyEnv:
-    """The environment with PettingZoo's parallel API; the parameters are explained in :class:`EnvConfig`."""
+    """Return the environment with PettingZoo's parallel API; the parameters are explained in :class:`EnvConfig`."""
     config = {name: value for name, value in locals().items() if name != "render_mode"}
     return PredPreyEnv(EnvConfig(**config), render_mode)
 
@@ -167,21 +168,22 @@ class _Parameters(EnvParameters, total=False):
 
 
 def env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
-    """The environment with PettingZoo's AEC API, with checks of actions and of the order of calls; the parameters are
-    those of :func:`parallel_env`.
+    """The environment with PettingZoo's AEC API, with checks of actions and of the order of calls.
+
+    The parameters are those of :func:`parallel_env`.
     """
     _check_names("env", parameters)
     return wrappers.OrderEnforcingWrapper(wrappers.AssertOutOfBoundsWrapper(raw_env(**parameters)))
 
 
 def raw_env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
-    """The environment with PettingZoo's AEC API, without checks; the parameters are those of :func:`parallel_env`."""
+    """The environment with PettingZoo's AEC API, without checks. The parameters are those of :func:`parallel_env`."""
     _check_names("raw_env", parameters)
     return parallel_to_aec(parallel_env(**parameters))
 
 
 def _check_names(maker: str, parameters: Collection[str]) -> None:
-    """Raise the :class:`TypeError` of an unknown keyword with the name of the function that was called."""
+    """Raise :class:`TypeError` for an unknown keyword, with the name of the function that was called."""
     known = list(signature(parallel_env).parameters)
     for name in parameters:
         if name not in known:

@@ -22,10 +22,10 @@ _BOUNDS = {
 
 
 class Settings(BaseModel):
-    """Base of every configuration: frozen, no unknown fields, no silent conversion. A NumPy scalar counts as the Python
-    value that it holds.
+    """Base of every configuration: frozen, no unknown fields, no silent conversion.
 
-    Raises :class:`ValueError` with one line that says what was expected and what came.
+    A NumPy scalar counts as the Python value that it holds. Raises :class:`ValueError` with one line that states what
+    was expected and what was received.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True)
@@ -43,13 +43,16 @@ class Settings(BaseModel):
 
     @classmethod
     def from_dict(cls: type[Self], fields: Any) -> Self:
-        """Settings from nested plain dictionaries, as JSON holds them."""
+        """Make settings from nested plain dictionaries, as JSON holds them."""
         if not isinstance(fields, dict):
             raise ValueError(f"{cls.__name__} must be a mapping of fields, got {fields!r}")
         return cls(**fields)
 
     def replace(self: Self, **fields: Any) -> Self:
-        """A validated copy with some fields changed; of a section that is given as a mapping, the fields in it."""
+        """Return a validated copy with some fields changed.
+
+        A section given as a mapping changes only the fields in the mapping.
+        """
         whole = {name: getattr(self, name) for name in type(self).model_fields}
         for name, value in fields.items():
             section, whole[name] = whole.get(name), value
@@ -59,12 +62,15 @@ class Settings(BaseModel):
 
 
 def plain(value: Any) -> Any:
-    """Return the Python value that a NumPy scalar or an array without axes holds, and anything else as it is."""
+    """Return the Python value of a NumPy scalar or of an array without axes; return any other value unchanged."""
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 
 def whole_number(name: str, value: Any, least: int) -> int:
-    """Return an integer, NumPy's too; :class:`ValueError` for anything else and for one below ``least``."""
+    """Return an integer, also from a NumPy integer.
+
+    Raises :class:`ValueError` for any other type and for a number below ``least``.
+    """
     number = plain(value)
     if isinstance(number, bool) or not isinstance(number, int) or number < least:
         raise ValueError(f"{name} must be an integer of at least {least}, got {brief(number)}")
@@ -72,7 +78,7 @@ def whole_number(name: str, value: Any, least: int) -> int:
 
 
 def one_line(error: ValidationError, settings: type[BaseModel]) -> str:
-    """The first fault of a validation, in one line."""
+    """Return the first error of a validation, in one line."""
     fault = error.errors(include_url=False)[0]
     field = ".".join(str(part) for part in fault["loc"])
     kind, got, context = fault["type"], fault["input"], fault.get("ctx", {})
@@ -92,7 +98,7 @@ def one_line(error: ValidationError, settings: type[BaseModel]) -> str:
 
 
 def _within(section: str, line: str, settings: type[BaseModel]) -> str:
-    """The line of a nested section's own error, with the section's name."""
+    """Return the error line of a nested section with the section's name in it."""
     if not section:
         return line
     if line.startswith("unknown field "):
@@ -102,8 +108,8 @@ def _within(section: str, line: str, settings: type[BaseModel]) -> str:
 
 
 def unknown_field(field: str, known: list[str]) -> str:
-    """The line for a field that does not exist, with the nearest name that does."""
-    if field in known:  # a name with a dot, where only the section's own name can be given
+    """Return the error line for a field that does not exist, with the nearest name that does."""
+    if field in known:  # a dotted name, given where only the name of the section is allowed
         return f"{field} is a field of {field.rpartition('.')[0]}; set it by with_fields({{{field!r}: ...}})"
     near = difflib.get_close_matches(field, known, n=1) or difflib.get_close_matches(
         field.rpartition(".")[2], known, n=1, cutoff=0.5
@@ -112,7 +118,7 @@ def unknown_field(field: str, known: list[str]) -> str:
 
 
 def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """The leaves of a tree of settings, by their names with dots."""
+    """Return the leaves of a tree of settings, by dotted name."""
     found: dict[str, Any] = {}
     for name, value in tree.items():
         found |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
@@ -120,7 +126,7 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
-    """Dotted names of all fields, nested ones included."""
+    """Return the dotted names of all fields, including those of nested sections."""
     names = []
     for name, field in settings.model_fields.items():
         kind = field.annotation

@@ -1,4 +1,4 @@
-"""Where episodes start."""
+"""Start positions of episodes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from predprey_env.config import EnvConfig
 
 
 def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
-    """Uniform random starts: int32 ``(n_starts, n_agents, 2)``, columns and rows in cells, predators first.
+    """Sample uniform starts, int32 ``(n_starts, n_agents, 2)``: columns and rows in cells, predators first.
 
-    Where ``start_collisions`` says so, a prey in whose cell a predator is is drawn again.
+    With ``start_collisions="redraw"``, prey placed on a predator are placed again.
     """
     starts = generator.integers(0, config.size, size=(n_starts, config.n_agents, 2), dtype=np.int32)
     if config.start_collisions == "redraw":
@@ -23,7 +23,11 @@ def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig
 
 
 def draw_each(generators: Sequence[np.random.Generator], config: EnvConfig) -> np.ndarray:
-    """A start from each generator, as :func:`draw_starts` draws one, with a single look for collisions."""
+    """Sample one start from each generator, int32 ``(n_generators, n_agents, 2)``.
+
+    Each start is the one that :func:`draw_starts` samples from the same generator. Collisions are searched for in all
+    starts at once, which is faster.
+    """
     starts = np.empty((len(generators), config.n_agents, 2), np.int32)
     for start, generator in zip(starts, generators, strict=True):
         start[:] = generator.integers(0, config.size, size=(config.n_agents, 2), dtype=np.int32)
@@ -35,12 +39,12 @@ def draw_each(generators: Sequence[np.random.Generator], config: EnvConfig) -> n
 
 def _redraw(starts: np.ndarray, generator: np.random.Generator, config: EnvConfig) -> None:
     prey = starts[:, config.n_predators :]
-    while (met := on_a_predator(starts, config)).any():
+    while (met := on_a_predator(starts, config)).any():  # the new place may be on a predator again
         prey[met] = generator.integers(0, config.size, size=(int(met.sum()), 2), dtype=np.int32)
 
 
 def on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
-    """Which prey start in a predator's cell: bool ``(n_starts, n_prey)``."""
+    """Return which prey start in a predator's cell, bool ``(n_starts, n_prey)``."""
     found = np.zeros((len(starts), config.n_prey), np.bool_)
     _find_shared(starts, config.n_predators, found)
     return found
@@ -57,7 +61,10 @@ def _find_shared(starts: Any, n_predators: int, found: Any) -> None:
 
 
 def given_starts(starts: Any, config: EnvConfig, *n_starts: int) -> np.ndarray:
-    """Starts that somebody chose, as int32 ``(*n_starts, n_agents, 2)``, or :class:`ValueError`."""
+    """Return starts that the caller chose, int32 ``(*n_starts, n_agents, 2)``.
+
+    Raises :class:`ValueError` if they have another shape, are not integers, or lie outside the world.
+    """
     expected = (*n_starts, config.n_agents, 2)
     try:
         cells = np.asarray(starts)

@@ -1,4 +1,4 @@
-"""Geometry of the toroid: positions wrap round, distances take the shorter way."""
+"""Geometry of the torus: positions wrap around, and distances take the shorter way."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from predprey_env.lanes import where
 
 @rule
 def wrap(coordinate: Any, size: int) -> Any:
-    """A coordinate in [-size, 2 * size) brought back into [0, size), in cells."""
+    """Bring a coordinate from [-size, 2 * size) back into [0, size), in cells."""
     coordinate = where(coordinate < 0, coordinate + size, coordinate)
     return where(coordinate >= size, coordinate - size, coordinate)
 
 
 @rule
 def displacement(start: Any, end: Any, size: int) -> Any:
-    """Signed shortest way along one axis, in cells, in ``[-(size // 2), size - size // 2 - 1]``.
+    """Return the signed shortest way along one axis, in cells, in ``[-(size // 2), size - size // 2 - 1]``.
 
-    On an even torus the two ways to the antipode tie, and the negative one is taken.
+    On a torus of even size the two ways to the antipode have the same length; the negative one is returned.
     """
     half = size // 2
     way = end - start
@@ -29,17 +29,17 @@ def displacement(start: Any, end: Any, size: int) -> Any:
 
 @rule
 def magnitude(a: Any) -> Any:
-    """A number without its sign."""
+    """Return the absolute value of a number."""
     return where(a < 0, 0 - a, a)
 
 
 @rule
 def manhattan(dx: Any, dy: Any) -> Any:
-    """Length of a displacement, in steps."""
+    """Return the length of a displacement, in steps."""
     return magnitude(dx) + magnitude(dy)
 
 
 @rule
 def largest_distance(size: int) -> int:
-    """The largest toroidal Manhattan distance between two cells."""
+    """Return the largest toroidal Manhattan distance between two cells."""
     return 2 * (size // 2)

@@ -1,7 +1,7 @@
-"""Many worlds side by side, one team of each played from outside, the other by a player in compiled code.
+"""Many worlds side by side: one team of each is played from outside, the other by a player in compiled code.
 
-The worlds are laid out in blocks of ``LANES`` and moved by the rules that move a single one: equal starts and equal
-actions lead to equal episodes, to the bit. A world that is over is not started again here, but by :func:`place`.
+The worlds are laid out in blocks of ``LANES`` and moved by the rules that move a single world: equal starts and equal
+actions lead to equal episodes, to the bit. A world that is over does not start again until :func:`place` is called.
 """
 
 from __future__ import annotations
@@ -20,66 +20,66 @@ from predprey_env.policies.protocol import MEMORY, choose, first_memory
 
 
 class Team(NamedTuple):
-    """Which rows of a world are a team's."""
+    """Rows of a world that belong to one team."""
 
     first: int
     n_agents: int
 
 
 class Worlds(NamedTuple):
-    """The state of all worlds: int32 ``(n_blocks, rows, LANES)``."""
+    """State of all worlds: int32 ``(n_blocks, rows, LANES)``."""
 
     x: Any
     y: Any
     alive: Any
     clock: Any
-    """Time steps played."""
+    """Number of time steps played."""
     actions: Any
     kept: Any
-    """What the opponents remember: ``MEMORY`` rows for each of them."""
+    """Memory of the opponents: ``MEMORY`` rows for each of them."""
     over: Any
-    """1 where the episode is over; the opponents choose nothing more there, and stay."""
+    """1 where the episode is over, else 0; there the opponents no longer choose, and stay where they are."""
 
 
 class Scratch(NamedTuple):
-    """Room that the kernels work in."""
+    """Scratch memory of the kernels."""
 
     seen: Any
     """float32 ``(rows, LANES)``."""
     kept: Any
     """int32 ``(rows, LANES)``."""
     one: World
-    """A single world, to score."""
+    """A single world, for computing the fitness."""
 
 
 class Results(NamedTuple):
-    """What came of a step, for each agent of the team: ``(n_worlds, n_agents)``."""
+    """Results of a step for each agent of the team: ``(n_worlds, n_agents)``."""
 
     rewards: Any
-    """float64."""
+    """Reward: float64."""
     terminated: Any
-    """bool: all prey are caught."""
+    """True if all prey are caught: bool."""
     truncated: Any
-    """bool: the time is up."""
+    """True if the time is up and some prey are free: bool."""
 
 
 class Counts(NamedTuple):
-    """What is known of each agent of the team besides: int64 ``(n_worlds, n_agents)``."""
+    """Infos of each agent of the team: int64 ``(n_worlds, n_agents)``."""
 
     captured: Any
-    """1 for a prey that is caught."""
+    """1 for a caught prey, else 0."""
     n_captured: Any
-    """Prey caught in the world."""
+    """Number of prey caught in the world."""
     steps: Any
-    """Time steps begun."""
+    """Number of time steps begun."""
 
 
 class Dictated(NamedTuple):
-    """A player whose actions were chosen elsewhere, and put where another would keep what it remembers."""
+    """A player whose actions were chosen in Python and written to the rows where another player keeps its memory."""
 
 
 @rule
-def _obey(player: Dictated, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - it does as it is told
+def _obey(player: Dictated, agent: int, seen: Any, memory: Any, at: int) -> Any:  # noqa: ARG001 - choose() passes all
     return load(memory, at)
 
 
@@ -87,19 +87,19 @@ choose.register(Dictated, _obey)
 
 
 def team_rows(config: EnvConfig, name: TeamName) -> Team:
-    """Where a team's agents are."""
+    """Return the rows of a team's agents."""
     return Team(0 if name == "predators" else config.n_predators, config.team(name).n_agents)
 
 
 def make_worlds(config: EnvConfig, n_worlds: int, opponents: Team) -> Worlds:
-    """Room for so many worlds; what is left of the last block plays nothing."""
+    """Return the memory for ``n_worlds`` worlds; the unused lanes of the last block are computed but never read."""
     n_blocks, n_agents = -(-n_worlds // LANES), config.n_agents
     rows = (n_agents, n_agents, config.n_prey, 1, n_agents, opponents.n_agents * MEMORY, 1)
     return Worlds(*(lane_zeros(np.int32, n_blocks, n) for n in rows))
 
 
 def make_scratch(config: EnvConfig, opponents: Team) -> Scratch:
-    """Room to work in."""
+    """Return scratch memory for the kernels."""
     n = config.n_agents
     one = World(np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(config.n_prey, np.int32))
     seen, kept = lane_zeros(np.float32, 2 * n), lane_zeros(np.int32, opponents.n_agents * MEMORY)
@@ -107,12 +107,12 @@ def make_scratch(config: EnvConfig, opponents: Team) -> Scratch:
 
 
 def make_results(n_worlds: int, team: Team) -> Results:
-    """Room for what comes of a step."""
+    """Return the arrays for the results of a step."""
     return Results(*(np.zeros((n_worlds, team.n_agents), kind) for kind in (np.float64, np.bool_, np.bool_)))
 
 
 def make_counts(n_worlds: int, team: Team) -> Counts:
-    """Room for what is counted."""
+    """Return the arrays for the infos."""
     return Counts(*np.zeros((3, n_worlds, team.n_agents), np.int64))
 
 
@@ -126,7 +126,7 @@ def _world(worlds: Worlds, block: int) -> World:
 
 @rule
 def _tick(worlds: Worlds, block: int, rules: Rules) -> None:
-    """A time step has been played."""
+    """Count a time step that has been played, and mark the worlds that are over."""
     steps = load(worlds.clock[block], 0) + 1
     store(worlds.clock[block], 0, steps)
     store(worlds.over[block], 0, where(is_over(_world(worlds, block), steps, rules), 1, 0))
@@ -134,7 +134,7 @@ def _tick(worlds: Worlds, block: int, rules: Rules) -> None:
 
 @rule
 def _move(worlds: Worlds, block: int, movers: Team, rules: Rules) -> None:
-    """A team's turn; the predators' is the end of a time step."""
+    """Play a team's turn; the predators' turn ends the time step."""
     if movers.first == 0:
         predators_turn(_world(worlds, block), worlds.actions[block], rules)
         _tick(worlds, block, rules)
@@ -144,8 +144,9 @@ def _move(worlds: Worlds, block: int, movers: Team, rules: Rules) -> None:
 
 @rule
 def _choose(worlds: Worlds, block: int, opponents: Team, player: Any, rules: Rules, scratch: Scratch) -> None:
-    """Every opponent looks and chooses; where an episode is over, it forgets that it did, and stays."""
+    """Let every opponent observe and choose; where the episode is over, it keeps its old memory and its cell."""
     kept, over = worlds.kept[block], load(worlds.over[block], 0) != 0
+    # A rule cannot skip single lanes: all lanes choose, then the memory of those that are over is restored.
     for row in range(opponents.n_agents * MEMORY):
         store(scratch.kept, row, load(kept, row))
     for agent in range(opponents.n_agents):
@@ -158,7 +159,7 @@ def _choose(worlds: Worlds, block: int, opponents: Team, player: Any, rules: Rul
 
 @rule
 def _take_out(worlds: Worlds, world: int, one: World) -> None:
-    """Copy a world to a single one."""
+    """Copy one world out of its block."""
     block, lane = world // LANES, world % LANES
     for agent in range(len(one.x)):
         one.x[agent] = worlds.x[block, agent, lane]
@@ -169,7 +170,7 @@ def _take_out(worlds: Worlds, world: int, one: World) -> None:
 
 @rule
 def _forget(worlds: Worlds, opponents: Team, block: int, lane: int, seed: int) -> None:
-    """Reset the memory of the opponents in a world to that of the start of an episode."""
+    """Reset the opponents' memory in one world to its state at the start of an episode."""
     for agent in range(opponents.n_agents):
         for row in range(MEMORY):
             first = first_memory(seed, opponents.first > 0, agent, row)
@@ -181,8 +182,9 @@ def _forget(worlds: Worlds, opponents: Team, block: int, lane: int, seed: int) -
 
 @entry_point
 def place(worlds: Worlds, opponents: Team, rules: Rules, which: Any, starts: Any, seeds: Any) -> None:
-    """Start some worlds again: ``which``, int64 ``(n,)``, from cells int32 ``(n, n_agents, 2)``; what is random in the
-    opponents follows from ``seeds``, int64 ``(n,)``.
+    """Start an episode in the worlds ``which``, int64 ``(n,)``, from cells int32 ``(n, n_agents, 2)``.
+
+    The random choices of the opponents follow from ``seeds``, int64 ``(n,)``.
     """
     for i in range(len(which)):
         block, lane = which[i] // LANES, which[i] % LANES
@@ -198,7 +200,7 @@ def place(worlds: Worlds, opponents: Team, rules: Rules, which: Any, starts: Any
 
 @entry_point
 def forget(worlds: Worlds, opponents: Team, seeds: Any) -> None:
-    """Let the opponents of all worlds remember what they do when an episode starts, from ``seeds``, int64
+    """Reset the opponents' memory in all worlds to its state at the start of an episode, from ``seeds``, int64
     ``(n_worlds,)``.
     """
     for world in range(len(seeds)):
@@ -207,7 +209,7 @@ def forget(worlds: Worlds, opponents: Team, seeds: Any) -> None:
 
 @entry_point
 def move_team(worlds: Worlds, team: Team, rules: Rules, actions: Any) -> None:
-    """Take the team's actions, int32 ``(n_worlds, n_agents)``, and where teams move in turns play them."""
+    """Store the team's actions, int32 ``(n_worlds, n_agents)``, and play them if teams move in turns."""
     for block in range(len(worlds.x)):
         for lane in range(min(LANES, len(actions) - block * LANES)):
             for agent in range(team.n_agents):
@@ -218,7 +220,7 @@ def move_team(worlds: Worlds, team: Team, rules: Rules, actions: Any) -> None:
 
 @entry_point
 def move_opponents(worlds: Worlds, opponents: Team, player: Any, rules: Rules, scratch: Scratch) -> None:
-    """Let the opponents choose, and play what they chose: together with the team, or after it in turns."""
+    """Let the opponents choose and play their actions: together with the team, or in a turn of their own."""
     for block in range(len(worlds.x)):
         _choose(worlds, block, opponents, player, rules, scratch)
         if rules.prey_first:
@@ -230,7 +232,7 @@ def move_opponents(worlds: Worlds, opponents: Team, player: Any, rules: Rules, s
 
 @entry_point
 def look(worlds: Worlds, team: Team, rules: Rules, scratch: Scratch, views: Any) -> None:
-    """What every agent of a team sees, to ``views``, float32 ``(n_worlds, n_agents, n_seen)``."""
+    """Write the observations of every agent of a team to ``views``, float32 ``(n_worlds, n_agents, n_seen)``."""
     for block in range(len(worlds.x)):
         for agent in range(team.n_agents):
             n_seen = observe(_world(worlds, block), team.first + agent, rules, scratch.seen, 0)
@@ -241,7 +243,10 @@ def look(worlds: Worlds, team: Team, rules: Rules, scratch: Scratch, views: Any)
 
 @entry_point
 def score(worlds: Worlds, rules: Rules, scratch: Scratch, which: Any, scores: Any) -> None:
-    """Everybody's fitness in some worlds, as if it all ended now, to ``scores``: float64 ``(n_worlds, n_agents)``."""
+    """Write every agent's fitness in the worlds ``which``, as if the episode ended now, to ``scores``.
+
+    ``scores`` is float64 ``(n_worlds, n_agents)``.
+    """
     for world in which:
         _take_out(worlds, world, scratch.one)
         fitness(scratch.one, worlds.clock[world // LANES, 0, world % LANES], rules, scores[world])
@@ -251,8 +256,10 @@ def score(worlds: Worlds, rules: Rules, scratch: Scratch, which: Any, scores: An
 def judge(
     worlds: Worlds, team: Team, rules: Rules, dense: bool, scratch: Scratch, scores: Any, results: Results
 ) -> None:
-    """Rewards and flags of a step; ``scores`` holds the fitness from before it, and is brought up to date where it
-    counts: at the end, and at each step if rewards are dense.
+    """Write the rewards and flags of a step to ``results``.
+
+    ``scores`` holds the fitness from before the step. It is updated where it counts: in worlds that are over, and in
+    all worlds if rewards are dense.
     """
     for world in range(len(scores)):
         steps, over = worlds.clock[world // LANES, 0, world % LANES], worlds.over[world // LANES, 0, world % LANES] != 0
@@ -272,12 +279,12 @@ def judge(
 
 @entry_point
 def count(worlds: Worlds, team: Team, rules: Rules, counts: Counts) -> None:
-    """Who is caught, and how many steps were begun."""
+    """Write to ``counts`` which agents are caught, how many prey are, and how many steps were begun."""
     for world in range(len(counts.steps)):
         block, lane = world // LANES, world % LANES
         n_captured, begun = rules.n_prey, worlds.clock[block, 0, lane]
         if rules.prey_first and team.first == 0 and worlds.over[block, 0, lane] == 0:
-            begun += 1  # the prey have moved
+            begun += 1  # the prey have already moved in the next step
         for prey in range(rules.n_prey):
             n_captured -= worlds.alive[block, prey, lane]
         for agent in range(team.n_agents):
