@@ -180,7 +180,7 @@ def test_a_stream_that_has_no_encoding_is_written_to(monkeypatch: pytest.MonkeyP
     """A notebook's, say."""
     monkeypatch.setattr(sys, "stdout", io.StringIO())
     assert main(["presets"]) == 0
-    assert sys.stdout.getvalue().startswith("paper-3v2 ")  # type: ignore[attr-defined]
+    assert sys.stdout.getvalue().startswith("race-3v1 ")  # type: ignore[attr-defined]
 
 
 # Streams that are closed or full.
