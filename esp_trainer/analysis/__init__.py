@@ -1,1 +1,1 @@
-"""Looking at what evolved."""
+"""Analysis of what evolved: cross-play, progress, games, phases, behaviours, and statistics over seeds."""

@@ -1,7 +1,7 @@
-"""How much a team can be exploited: what fresh evolution finds against it once it stands still.
+"""Approximate best responses: freeze one team, and evolve opponents against it from scratch.
 
-An approximate best response, as in the evaluation of game strategies (Lisy & Bowling 2017, local best response; Timbers
-et al. 2022, approximate exploitability): a lower bound on what the best opponent could get.
+The payoff of the evolved opponents is a lower bound on the payoff of the best response, so it shows how exploitable the
+team is at least. Sources: Lisy & Bowling 2017 (local best response), Timbers et al. 2022 (approximate exploitability).
 """
 
 from __future__ import annotations
@@ -17,28 +17,31 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import Role, Teams
 from predprey_env.policies.names import other_team
 
-_EPISODES = 1000  # of each final measurement: a standard error of at most 0.016
+_EPISODES = 1000  # per final measurement, so that its standard error is at most 0.016
 
 
 @dataclass(frozen=True)
 class BestResponse:
-    """Fresh evolution against one side of a generation that was frozen."""
+    """The best response that evolution found to one frozen side of a generation."""
 
     role: Role
-    """Who evolved."""
+    """Side that evolved the response."""
     generation: int
-    """Of the frozen side."""
+    """Generation of the frozen side."""
     before: float
-    """Share of prey caught by (from) the frozen side when it met its contemporaries."""
+    """Fraction of prey caught when the frozen side met its contemporaries."""
     after: float
-    """When it met the best response."""
+    """Fraction of prey caught when the frozen side met the best response."""
     curve: np.ndarray
-    """Share of prey caught by generation of the fresh evolution, on the starts that its champion was picked on,
-    ``(n_generations,)``."""
+    """Fraction of prey caught in each generation of the fresh evolution, ``(n_generations,)``, on the held-out starts
+    by which the best response was selected."""
 
     @property
     def gain(self) -> float:
-        """What the best response takes beyond the contemporaries: at least about 0 if evolution found what they had."""
+        """Payoff of the best response minus that of the contemporaries, in fraction of prey.
+
+        It is about 0 or more if the fresh evolution did at least as well as the contemporaries.
+        """
         return (self.after - self.before) * (1 if self.role == "predators" else -1)
 
 
@@ -52,34 +55,36 @@ def best_response(
     seed: int = 0,
     watch: Callable[[], object] = lambda: None,
 ) -> BestResponse:
-    """Freeze the opponents of ``role`` as they were in a generation, and evolve that role against them from nothing.
+    """Freeze the opponents of ``role`` as they were in a generation, and evolve that role against them from scratch.
 
-    The champion that does best on the run's held-out starts is measured again on others, as is the pair that the
-    frozen side came from.
+    The best response is the champion that does best on the held-out starts of the fresh evolution. It and the
+    contemporaries of the frozen side are then measured on other starts.
 
     Args:
         history: The run.
-        role: Who evolves anew, by the run's own settings.
-        evaluator: Of its world.
-        generation: Whose opponents; by default the last.
-        n_generations: Of the fresh evolution.
-        seed: Of the fresh evolution; should not be that of the run.
-        watch: Called after each of its generations.
+        role: Side to evolve, with the run's own settings.
+        evaluator: Evaluator of the run's world.
+        generation: Generation of the frozen opponents; by default the last.
+        n_generations: Number of generations of the fresh evolution.
+        seed: Seed of the fresh evolution, which should not be that of the run.
+        watch: Function called after each generation of the fresh evolution.
 
     Raises:
-        ValueError: The role follows a script in this run, so that there are no settings to evolve it by.
+        ValueError: The role follows a script in this run, so there are no settings to evolve it with.
     """
     if role not in history.champions:
         raise ValueError(f"{role} must evolve in this run to answer anew, but follow a script")
     generation = range(len(history))[generation]
     other = other_team(role)
-    config = history.config.replace(seed=seed, generations=n_generations, league="")  # one opponent alone
+    # Without the league, so that the frozen team is the only opponent.
+    config = history.config.replace(seed=seed, generations=n_generations, league="")
     fresh = History.evolve(config, evaluator, watch, {other: history.player(other, generation)})
     curve = fresh.curves["caught"]
     best = int(fresh.kept[curve[fresh.kept].argmax() if role == "predators" else curve[fresh.kept].argmin()])
     then = np.array([generation])
     frozen, contemporaries = history.entrants(other, then), history.entrants(role, then)
 
+    # The starts differ from those on which the champion was selected, so that selection does not bias the result.
     def caught(responder: Teams) -> float:
         predators, prey = (responder, frozen) if role == "predators" else (frozen, responder)
         return float(cross_play(predators, prey, evaluator, n_episodes=_EPISODES, seed=seed).caught[0, 0])

@@ -1,7 +1,7 @@
-"""Conditions side by side: what is measured of each run, and what the seeds say of the differences.
+"""Measures of each run of a condition, and tests over seeds of the differences between conditions.
 
-Every run is measured against panels, opponents that stand still and are the same for all conditions. In-loop success
-alone would not do: it moves with the opponent.
+Every run is measured against panels: fixed opponents, which are the same for all conditions. In-loop success alone does
+not show progress, because it changes with the opponent.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from predprey_env.policies import SCRIPTS
 from predprey_env.policies.names import other_team
 
 GENERATIONS = 24
-"""Generations of a run that meet the panels."""
+"""Number of generations of a run that meet the panels."""
 LEAST = 3
-"""Fewest of them: progress in the second half needs two."""
+"""Minimum number of generations: progress in the second half needs two."""
 
 Opponents = dict[Role, list[Teams]]
-"""Who stands still, by the side that they play."""
+"""Fixed opponents, by the side that they play."""
 Values = dict[str, float]
-"""Measures of a run by name; nan for what cannot be measured."""
+"""Measures of a run by name; nan if a measure cannot be taken."""
 
 HELD_OUT, SCRIPTED = "held_out", "scripts"
 KINDS = ("level", "progress", "late_progress")
-"""What is measured against a panel: the mean of the last sixth of the generations, and how much that is above the first
-sixth, of the whole run and of its second half."""
+"""Kinds of measures against a panel: mean result of the last sixth of the generations (level), and last sixth minus
+first sixth of the whole run (progress) and of its second half (late progress)."""
 
 
 def name_of(role: Role, panel: str, kind: str) -> str:
@@ -46,11 +46,11 @@ def name_of(role: Role, panel: str, kind: str) -> str:
 
 
 def held_out_opponents(env: EnvConfig, runs: Sequence[History] = ()) -> Opponents:
-    """Return opponents that nobody trained on.
+    """Return opponents that no compared run trained against.
 
     Args:
-        env: The world. If it is one of the zoo's tasks, its held-out teams are among them.
-        runs: Of that world, compared with nobody: of each side that evolved, six champions.
+        env: The world. If it is a task of the zoo, the zoo's held-out teams for it are included.
+        runs: Runs of that world that are not themselves compared. Six champions of each evolved side are included.
     """
     found: Opponents = {role: [] for role in ROLES}
     tasks = {name for name, task in TASKS.items() if world_of(task) == world_of(env)}
@@ -71,17 +71,17 @@ def scripts() -> Opponents:
 def caught_by_each(
     role: Role, mine: Teams, opponents: Sequence[Teams], evaluator: FusedEvaluator, *, n_episodes: int = EPISODES
 ) -> np.ndarray:
-    """Let the teams of a side meet all opponents.
+    """Play the teams of a side against all opponents.
 
     Args:
-        role: Their side.
+        role: Side of the teams.
         mine: The teams.
         opponents: Teams of the other side.
-        evaluator: Of the world that they meet in.
-        n_episodes: Of each meeting.
+        evaluator: Evaluator of their world.
+        n_episodes: Number of episodes per pair.
 
     Returns:
-        Shares of prey caught, float64: a row for each team of the side, a column for each opponent.
+        Fraction of prey caught, float64 ``(n_teams, n_opponents)``.
     """
 
     def caught(theirs: Teams) -> np.ndarray:
@@ -94,37 +94,38 @@ def caught_by_each(
 
 @dataclass(frozen=True)
 class Measured:
-    """A run, measured."""
+    """Measurements of a run."""
 
     generations: np.ndarray
-    """Those that met the panels, int ``(G,)``."""
+    """Generations that met the panels, int ``(G,)``."""
     curves: dict[str, np.ndarray]
-    """Mean result of each of them by side and panel, ``predators_held_out`` for example: float64 ``(G,)``, higher is
-    better. Only of sides that evolved, and of panels that somebody is in."""
+    """Mean result of each of these generations, float64 ``(G,)``, higher is better, by side and panel (for example
+    ``predators_held_out``). Scripted sides and empty panels have no curve."""
     caught: np.ndarray
-    """Share of prey caught, champion against champion, float64 ``(n_generations,)``."""
+    """Fraction of prey caught, champion against champion, float64 ``(n_generations,)``."""
     values: Values
-    """See :func:`measures`."""
+    """Value of each measure in :func:`measures`."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Runs that differ in nothing but their seeds, measured."""
+    """Measured runs that differ only in their seeds."""
 
     name: str
     runs: Sequence[Measured]
 
     def known(self, measure: str) -> np.ndarray:
-        """Return a measure of the runs in which it is known, float64 ``(n,)``."""
+        """Return the values of a measure, without those of runs in which it is nan: float64 ``(n,)``."""
         values = np.array([run.values[measure] for run in self.runs], np.float64)
         return values[~np.isnan(values)]
 
 
 def measures() -> list[str]:
-    """Return the names of all measures of a run, in the order in which they are told.
+    """Return the names of all measures of a run, in the order in which they are reported.
 
-    Against panels they are shares of prey caught for predators, of prey not caught for prey. ``caught`` is champion
-    against champion, in the last third of the run. The signal of selection is the mean over the run.
+    Measures against panels are the fraction of prey caught for predators, and the fraction not caught for prey.
+    ``caught`` is the fraction of prey caught, champion against champion, in the last third of the run.
+    ``predators_signal`` and ``prey_signal`` are the mean signal of selection over the run.
     """
     panels = [name_of(role, panel, kind) for panel in (HELD_OUT, SCRIPTED) for role in ROLES for kind in KINDS]
     return [*panels, "caught", *(f"{role}_signal" for role in ROLES)]
@@ -143,12 +144,15 @@ def measure(
     Args:
         history: The run.
         panels: Opponents by the name of their panel.
-        evaluator: Of its world.
-        n_generations: How many are sampled, at least three.
-        n_episodes: Of each meeting.
+        evaluator: Evaluator of the run's world.
+        n_generations: Number of generations to sample, at least three.
+        n_episodes: Number of episodes per pair.
 
     Returns:
-        The measures. The signal of selection is nan, as a history does not know it.
+        The measurements. The signal of selection is nan, because a history does not hold it.
+
+    Raises:
+        ValueError: Fewer than three generations can be sampled.
     """
     generations = history.sample(n_generations)
     if len(generations) < LEAST:
@@ -172,20 +176,23 @@ def measure(
 
 @dataclass(frozen=True)
 class Contrast:
-    """A condition against the baseline, in one measure."""
+    """The difference between a condition and the baseline in one measure."""
 
     condition: str
     measure: str
     difference: float
-    """Of the means, where there are too few seeds for more; else Hodges & Lehmann's."""
+    """Hodges-Lehmann estimate of the difference. With too few seeds for a comparison: difference of the means."""
     comparison: Comparison | None
-    """None where either has fewer seeds than :data:`~esp_trainer.analysis.inference.MIN_SEEDS`."""
+    """Interval and test; None if either has fewer seeds than :data:`~esp_trainer.analysis.inference.MIN_SEEDS`."""
     p: float | None = None
-    """Holm's, over all contrasts that are told together."""
+    """p-value, corrected by Holm's procedure over all contrasts that are reported together; None without a test."""
 
 
 def contrasts(conditions: Sequence[Condition], baseline: Condition, names: Sequence[str]) -> list[Contrast]:
-    """Compare every other condition with the baseline, in each of the named measures that both have."""
+    """Compare every other condition with the baseline in each named measure.
+
+    Measures that either of the two has in no run are skipped.
+    """
     found: list[Contrast] = []
     for condition in conditions:
         if condition is baseline:

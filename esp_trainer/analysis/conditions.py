@@ -1,4 +1,4 @@
-"""Conditions: runs that differ in nothing but their seeds, what tells them apart, and whether their teams can meet."""
+"""Conditions: groups of runs that differ only in their seeds. Names them, and checks whether their teams can meet."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from predprey_env.config import EnvConfig
 from predprey_env.settings import flat
 
 _PAYOFF = {"closeness", "credit", "prey_fitness", "reward"}
-"""Fields of a world that say what is earned in it. Teams that were paid in different ways can still meet."""
+"""Fields of a world that define the payoff. Teams trained on different payoffs can still play each other."""
 
 _Fields = dict[str, Any]
 
 
 def world_of(env: EnvConfig) -> _Fields:
-    """Return the fields of a world that decide who can meet in it and who is caught."""
+    """Return the fields of a world that decide which teams can play in it and which prey are caught."""
     return env.model_dump(exclude=_PAYOFF)
 
 
 def check_same_world(runs: Sequence[tuple[Path, RunConfig]]) -> None:
-    """Raise :class:`ValueError` unless teams of all runs can meet: of one world, whatever is earned in it."""
+    """Raise :class:`ValueError` unless the runs have the same world, so their teams can meet. Payoffs may differ."""
     (first_path, first), *others = runs
     wanted = world_of(first.env)
     for path, config in others:
@@ -40,35 +40,36 @@ def conditions(configs: Sequence[RunConfig], given: Sequence[str | None] | None 
     """Group runs by condition.
 
     Args:
-        configs: Of the runs.
-        given: The name that each run's condition was given, if it was. They count if all conditions have one.
+        configs: Configs of the runs.
+        given: Name of each run's condition in its sweep's file; None for a run without. These names are used only if
+            every condition has exactly one and all are different.
 
     Returns:
-        Name of each condition, in the order in which they first appear -> indices of its runs.
+        Name of each condition -> indices of its runs, in order of first appearance.
     """
     fields = [_comparable(config) for config in configs]
     distinct = [each for i, each in enumerate(fields) if each not in fields[:i]]
     members = [[i for i, each in enumerate(fields) if each == condition] for condition in distinct]
     if given and (named := _given_names([{given[i] for i in indices} for indices in members])):
         return dict(zip(named, members, strict=True))
-    # Runs of a condition may come from presets of different names: the first one's counts.
+    # Runs of a condition may come from presets with different names: use that of the first run.
     names = _names([configs[indices[0]].preset for indices in members], _with_sides_merged(distinct))
     return dict(zip(names, members, strict=True))
 
 
 def _given_names(names: Sequence[set[str | None]]) -> list[str] | None:
-    """Return the name of each condition; None unless each has just one, and all are different."""
+    """Return the name of each condition; None unless each has exactly one name, and all names are different."""
     single = [name for each in names if len(each) == 1 and (name := next(iter(each))) is not None]
     return single if len(set(single)) == len(names) else None
 
 
 def _comparable(config: RunConfig) -> _Fields:
-    league = config.league[:8] or "none"  # the name of a condition has no room for 64 digits
+    league = config.league[:8] or "none"  # all 64 digits of the hash would be too long for a name
     return flat(config.model_dump(exclude=MAY_DIFFER)) | {"league": league}
 
 
 def _with_sides_merged(fields: Sequence[_Fields]) -> list[_Fields]:
-    """Return the fields with those that both sides share in every condition only once, without the side's name."""
+    """Return the fields with the side's name removed from those that are equal for both sides in every condition."""
 
     def merged(name: str) -> str:
         side, _, leaf = name.partition(".")
@@ -79,7 +80,11 @@ def _with_sides_merged(fields: Sequence[_Fields]) -> list[_Fields]:
 
 
 def _names(presets: Sequence[str], fields: Sequence[_Fields]) -> list[str]:
-    """Return the shortest of: preset, the fields that differ, or preset and the fields that differ within one."""
+    """Return a name for each condition.
+
+    The names are the presets if these are all different. Else they are the fields that differ, or preset and the fields
+    that differ within a preset, whichever is shorter in all.
+    """
     if len(set(presets)) == len(presets):
         return list(presets)
     apart = _differing(fields)
@@ -107,5 +112,5 @@ def _in_words(fields: _Fields, names: Iterable[str]) -> str:
 
 
 def _value(value: Any) -> str:
-    """Return a value as one would write it in a sweep's file, 0.0 as 0."""
+    """Return a value as it is written in a sweep's file; 0.0 becomes 0."""
     return str(value).lower() if isinstance(value, bool) else str(value).removesuffix(".0")

@@ -1,7 +1,8 @@
-"""Everybody against everybody: the matrix that every measure of an arms race is read from.
+"""Cross-play between generations: the matrix on which every measure of an arms race is based.
 
-In-loop fitness moves with the opponent; whether a side became better shows only against the same opponents. So the
-champions of many generations meet those of many others, from the same held-out starts in every cell.
+In-loop fitness changes with the opponent, so whether a side became better shows only against the same opponents.
+Therefore champions of many generations of one side play those of many generations of the other, from the same held-out
+starts in every cell.
 """
 
 from __future__ import annotations
@@ -23,46 +24,50 @@ from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, TrialBat
 from predprey_env.policies.names import other_team
 
 EPISODES = 64
-"""Of each cell. A multiple of 8 holds the parities of the starts in their true proportions; with 64 a cell's standard
-error is at most 0.063, and that of the mean of a row of 46 below 0.01."""
+"""Number of episodes per cell. In a multiple of 8, the parities of the starts occur in their true proportions. With 64
+episodes the standard error of a cell is at most 0.063, and that of the mean of a row of 46 cells is below 0.01."""
 
 PANEL = 6
-"""Champions of each other run that a run is measured against."""
-_FEW = 128  # trials that keep two cores and all their lanes busy
-_CELLS_AT_ONCE = 4096  # bounds memory: some 20 MB of outcomes
+"""Number of champions of each other run that a run is measured against."""
+_FEW = 128  # trials: enough to keep two cores and all their SIMD lanes busy
+_CELLS_AT_ONCE = 4096  # limits memory to about 20 MB of outcomes
 
 
 @dataclass(frozen=True)
 class CrossPlay:
-    """How often predators catch prey: rows are predators, columns prey."""
+    """Counts of prey caught in each pairing of a predator team (row) with a prey team (column)."""
 
     predators: np.ndarray
-    """int ``(G,)``: generations of the predators."""
+    """Generations of the predators, int ``(G,)``."""
     prey: np.ndarray
-    """int ``(H,)``: generations of the prey."""
+    """Generations of the prey, int ``(H,)``."""
     captured: np.ndarray
-    """int ``(G, H, n_predators + 1)``: prey caught, by how many predators started at an even distance from them."""
+    """Number of prey caught, int ``(G, H, n_predators + 1)``. The last axis is the number of predators that started at
+    an even distance from the prey."""
     met: np.ndarray
-    """int ``(n_predators + 1,)``: prey in each cell, likewise."""
+    """Number of prey that started with each number of predators at an even distance, int ``(n_predators + 1,)``. It is
+    the same in every cell."""
     none_caught: np.ndarray
-    """int ``(G, H)``: episodes in which no prey was caught."""
+    """Number of episodes in which no prey was caught, int ``(G, H)``."""
     all_caught: np.ndarray
-    """int ``(G, H)``: episodes in which all were."""
+    """Number of episodes in which all prey were caught, int ``(G, H)``."""
     n_episodes: int
-    """Of each cell."""
+    """Number of episodes per cell."""
 
     def __repr__(self) -> str:
-        """A line without its numbers."""
+        """Return one line without the arrays."""
         return "<CrossPlay: {} x {} generations, {} episodes each>".format(*self.caught.shape, self.n_episodes)
 
     @property
     def caught(self) -> np.ndarray:
-        """Share of prey caught, float64 ``(G, H)``: the matrix ``M[g, h]``."""
+        """Fraction of prey caught, float64 ``(G, H)``: the matrix ``M[g, h]``."""
         return np.asarray(self.captured.sum(axis=-1) / self.met.sum())
 
     @property
     def caught_by_even(self) -> np.ndarray:
-        """The same by how many predators started at an even distance, ``(G, H, n_predators + 1)``; nan where none."""
+        """Fraction of prey caught by number of predators that started at an even distance, float64
+        ``(G, H, n_predators + 1)``; nan where no prey started so.
+        """
         with np.errstate(invalid="ignore"):
             return np.asarray(self.captured / self.met)
 
@@ -70,14 +75,14 @@ class CrossPlay:
 def cross_play(
     predators: Teams, prey: Teams, evaluator: FusedEvaluator, *, n_episodes: int = EPISODES, seed: int = 0
 ) -> CrossPlay:
-    """Let every predator team meet every prey team.
+    """Play every predator team against every prey team.
 
     Args:
-        predators: Team ``g`` is that of "trial" ``g``; a script is one team.
-        prey: Likewise.
-        evaluator: Of the world that they meet in.
-        n_episodes: Of each meeting, from starts that are the same for all.
-        seed: Which starts.
+        predators: Predator teams, one for each "trial" of the batch. A script is a single team.
+        prey: Prey teams, as for ``predators``.
+        evaluator: Evaluator of their world.
+        n_episodes: Number of episodes per cell. All cells have the same starts.
+        seed: Seed of the starts.
     """
     starts = evaluator.starts.held_out(stream(seed, "cross-play"), n_episodes)[:, 0]
     even = evaluator.starts.even_predators(starts)
@@ -105,10 +110,9 @@ def cross_play(
 
 
 def _play(predators: Teams, prey: Teams, n_cells: int, starts: np.ndarray, evaluator: FusedEvaluator) -> np.ndarray:
-    """Who is caught, bool ``(n_cells, n_episodes, n_prey)``. Trials are played side by side, so that those of a few
-    cells are cut into several.
-    """
+    """Return which prey are caught, bool ``(n_cells, n_episodes, n_prey)``."""
     n_episodes = len(starts)
+    # Only trials run in parallel, so the episodes of few cells are split over several trials each.
     n_parts = max(part for part in range(1, n_episodes + 1) if n_episodes % part == 0 and part <= -(-_FEW // n_cells))
     cut = starts.reshape(n_parts, n_episodes // n_parts, *starts.shape[1:])
     trials = np.repeat(np.arange(n_cells), n_parts)
@@ -118,7 +122,7 @@ def _play(predators: Teams, prey: Teams, n_cells: int, starts: np.ndarray, evalu
 
 
 def kept_in(run: Path) -> Path | None:
-    """The file in which a run's matrix is kept; None where nobody may write."""
+    """Return the file that caches the cross-play of a run; None if the run's directory is not writable."""
     return run / "analysis" / "cross-play.safetensors" if os.access(run, os.W_OK) else None
 
 
@@ -131,9 +135,10 @@ def own_cross_play(
     seed: int = 0,
     cache: Path | None = None,
 ) -> CrossPlay:
-    """The champions of a run against each other, of generations evenly spread from the first to the last.
+    """Play the champions of a run against each other, for generations evenly spread from the first to the last.
 
-    With ``cache``, the matrix is kept in that file, and read from there while it is about the same champions.
+    With ``cache``, the result is saved in that file, and read from it if champions, world, episodes and seed are the
+    same.
     """
     generations = history.sample(n_generations)
     predators, prey = (history.entrants(role, generations) for role in ("predators", "prey"))
@@ -160,17 +165,17 @@ def own_cross_play(
 def met_by_others(
     history: History, others: Sequence[History], role: Role, own: CrossPlay, evaluator: FusedEvaluator
 ) -> list[np.ndarray]:
-    """The champions of a run against those of other runs, of which each sends six.
+    """Play the champions of a run against six champions of each other run.
 
     Args:
         history: The run.
-        others: The others, of the same world.
-        role: Whose champions meet the others', which play the other role.
-        own: Says which generations meet them, and in how many episodes.
-        evaluator: Of their world.
+        others: Other runs of the same world.
+        role: Side of the run's champions. Those of the other runs play the other side.
+        own: Cross-play of the run, whose generations and number of episodes are used.
+        evaluator: Evaluator of their world.
 
     Returns:
-        Shares of prey caught by predators (rows) from prey (columns), a matrix for each other run.
+        For each other run, the fraction of prey caught: predators are rows, prey columns.
     """
     mine, matrices = history.entrants(role, own.predators if role == "predators" else own.prey), []
     for other in others:
@@ -181,7 +186,7 @@ def met_by_others(
 
 
 def _read(path: Path, about: dict[str, Any]) -> CrossPlay | None:
-    """What is kept, unless it is damaged or about something else: then it is played again."""
+    """Read a cached cross-play; None if the file is damaged or its header differs from ``about``."""
     try:
         header, arrays = read_arrays(path, "cross-play")
         if any(header.get(name) != value for name, value in about.items()):

@@ -1,4 +1,4 @@
-"""The empirical game between the generations of a run: what optimal mixtures get, and how much of it is a ladder."""
+"""The empirical game between the generations of a run: its equilibrium, exploitability, and transitive part."""
 
 from __future__ import annotations
 
@@ -14,39 +14,36 @@ Scale: TypeAlias = Literal["shares", "log-odds"]
 
 
 class Sides(NamedTuple, Generic[T]):
-    """The same of both sides."""
+    """A pair of values, one for each side."""
 
     predators: T
     prey: T
 
 
 def as_shares(values: np.ndarray, name: str = "caught") -> np.ndarray:
-    """The matrix that everything here starts from, checked.
+    """Check a matrix of fractions of prey caught, and return it as float64.
 
     Args:
-        values: ``(G, H)``: share of prey caught by the predators of generation ``g`` from the prey of generation ``h``,
+        values: Fraction of the prey of generation ``h`` that the predators of generation ``g`` catch, ``(G, H)``,
             oldest first.
-        name: What an error calls it.
-
-    Returns:
-        The same as float64.
+        name: Name of the matrix in error messages.
 
     Raises:
-        ValueError: It is not a matrix, is empty, or has an entry outside [0, 1].
+        ValueError: ``values`` is not a matrix, is empty, or has an entry outside [0, 1].
     """
     shares = np.asarray(values, np.float64)
     if shares.ndim != 2 or not shares.size:
         raise ValueError(f"{name} must have shape (G, H), got {shares.shape}")
-    if not ((shares >= 0) & (shares <= 1)).all():  # false of nan too
+    if not ((shares >= 0) & (shares <= 1)).all():  # also rejects nan
         raise ValueError(f"{name} must lie in [0, 1], got {shares.min()} to {shares.max()}")
     return shares
 
 
 def as_square(caught: np.ndarray) -> np.ndarray:
-    """The matrix of the same generations on both sides, checked.
+    """Check a matrix with the same generations on both sides, and return it as float64.
 
     Raises:
-        ValueError: As for :func:`as_shares`, or it is not square.
+        ValueError: :func:`as_shares` rejects the matrix, or it is not square.
     """
     caught = as_shares(caught)
     if len(caught) != caught.shape[1]:
@@ -56,54 +53,57 @@ def as_square(caught: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Optimal mixtures of a zero-sum game. A degenerate game has several; this is one of them."""
+    """A Nash equilibrium of a zero-sum game. A degenerate game has several; this is one of them."""
 
     value: float
-    """What the predators get when both sides mix optimally (von Neumann 1928)."""
+    """Expected payoff of the predators when both sides play their optimal mixture (von Neumann 1928)."""
     predators: np.ndarray
-    """float64 ``(G,)``: weights of the rows, sum 1."""
+    """Probability of each row, float64 ``(G,)``, sum 1."""
     prey: np.ndarray
-    """float64 ``(H,)``: weights of the columns, sum 1."""
+    """Probability of each column, float64 ``(H,)``, sum 1."""
 
     @property
     def support(self) -> Sides[int]:
-        """How many generations of each side have a weight."""
+        """Number of generations of each side with a positive probability."""
         return Sides(int((self.predators > 1e-9).sum()), int((self.prey > 1e-9).sum()))
 
 
 def solve(payoffs: np.ndarray) -> Equilibrium:
-    """Nash equilibrium of the zero-sum game in which predators, who choose the row, get ``payoffs`` ``(G, H)``."""
+    """Return a Nash equilibrium of a zero-sum game: predators choose the row and get ``payoffs``, ``(G, H)``."""
     value, predators = _maximin(payoffs)
     _, prey = _maximin(-payoffs.T)
     return Equilibrium(value, predators, prey)
 
 
 def exploitability(payoffs: np.ndarray, predators: np.ndarray, prey: np.ndarray) -> Sides[np.ndarray]:
-    """How far from optimal mixtures are: what a best response takes from each, beyond the value ``v`` of the game.
+    """Return the exploitability of mixtures: what a best response gains over the value ``v`` of the game.
 
-    ``v - min_h (x M)_h`` for predators that mix by ``x``, and ``max_g (M y)_g - v`` for prey that mix by ``y``: 0 for
-    an optimal mixture, above 0 for any other. Their sum is the exploitability of the pair (NashConv; Lanctot et al., A
-    unified game-theoretic approach to multiagent reinforcement learning, NeurIPS 2017).
+    It is ``v - min_h (x M)_h`` for predators with mixture ``x``, and ``max_g (M y)_g - v`` for prey with mixture ``y``.
+    It is 0 for an optimal mixture and positive for any other. The sum over both sides is the exploitability of the pair
+    (NashConv; Lanctot et al., A unified game-theoretic approach to multiagent reinforcement learning, NeurIPS 2017).
 
     Args:
-        payoffs: ``(G, H)``, what predators get.
-        predators: Mixtures ``(..., G)``.
-        prey: Mixtures ``(..., H)``.
+        payoffs: Payoff of the predators, ``(G, H)``.
+        predators: Mixtures, ``(..., G)``.
+        prey: Mixtures, ``(..., H)``.
 
     Returns:
-        Of each mixture, in units of the payoffs: ``(...)``.
+        Exploitability of each mixture, ``(...)``, in units of the payoffs.
     """
     value = solve(payoffs).value
     return Sides(value - (predators @ payoffs).min(axis=-1), (prey @ payoffs.T).max(axis=-1) - value)
 
 
 def exploitability_of_generations(payoffs: np.ndarray) -> Sides[np.ndarray]:
-    """:func:`exploitability` of every generation by itself: ``(G,)`` for predators and ``(H,)`` for prey."""
+    """Return the :func:`exploitability` of each single generation: ``(G,)`` for predators and ``(H,)`` for prey."""
     return exploitability(payoffs, *map(np.eye, payoffs.shape))
 
 
 def _maximin(payoffs: np.ndarray) -> tuple[float, np.ndarray]:
-    """The mixture of rows with the greatest sure payoff ``v``: maximise ``v`` with ``x M >= v``, ``x >= 0``, sum 1."""
+    """Return the greatest payoff that a mixture of rows guarantees, and that mixture.
+
+    Solves a linear program: maximise ``v`` subject to ``x M >= v``, ``x >= 0`` and ``sum(x) = 1``.
+    """
     n_rows, n_columns = payoffs.shape
     found = linprog(
         c=np.append(np.zeros(n_rows), -1.0),
@@ -122,61 +122,63 @@ def _maximin(payoffs: np.ndarray) -> tuple[float, np.ndarray]:
 
 @dataclass(frozen=True)
 class Decomposition:
-    """A game as the sum of a ladder and the rest, which stand at right angles to each other."""
+    """Sizes of the two orthogonal parts of a game: transitive (a ranking explains it) and cyclic (the rest)."""
 
     transitive: float
-    """Mean square of the ladder."""
+    """Mean square of the transitive part."""
     cyclic: float
-    """Mean square of the rest."""
+    """Mean square of the cyclic part."""
 
     @property
     def transitive_share(self) -> float:
-        """Share of the sum of squares that is the ladder's, in [0, 1]; nan where there is nothing to divide."""
+        """Fraction of the sum of squares that is transitive, in [0, 1]; nan if both parts are 0."""
         both = self.transitive + self.cyclic
         return self.transitive / both if both > 0 else float("nan")
 
 
 def decompose(caught: np.ndarray, episodes: int | None = None, scale: Scale = "shares") -> Decomposition:
-    """Predators against prey: how much of the results one strength for each generation explains.
+    """Split predators' results against prey into a part that one strength per generation explains, and the rest.
 
-    The combinatorial Hodge decomposition (Jiang, Lim, Yao & Ye, Statistical ranking and combinatorial Hodge theory,
-    Mathematical Programming 127, 2011), which Balduzzi et al. (Open-ended learning in symmetric zero-sum games, ICML
-    2019) use for symmetric games. Here only predators and prey meet, so the comparisons are the edges of a complete
-    bipartite graph, and the gradient flow is the best fit ``r_g - s_h`` by least squares: mean, rows and columns of a
-    two-way layout. What is left is a flow around the shortest cycles that there are, two predators and two prey: which
-    predators are better depends on the prey. The overall mean is left out: that one role has the easier life ranks
-    nobody.
+    This is the combinatorial Hodge decomposition (Jiang, Lim, Yao & Ye, Statistical ranking and combinatorial Hodge
+    theory, Mathematical Programming 127, 2011), which Balduzzi et al. (Open-ended learning in symmetric zero-sum games,
+    ICML 2019) use for symmetric games. Here only predators and prey meet, so the comparisons are the edges of a
+    complete bipartite graph. The transitive part is the least-squares fit ``r_g - s_h``, the row and column effects of
+    a two-way layout. The cyclic part is a flow around the shortest cycles of that graph, two predators and two prey:
+    which of the predators is better depends on the prey. The overall mean belongs to neither part, because a game that
+    is easier for one role ranks no generation.
 
-    A ladder is only additive in a scale. In ``"shares"`` the correction for noise is exact, but a ladder that runs into
-    0 or 1 leaves a rest, so the cyclic part is an upper bound; in ``"log-odds"`` a Bradley-Terry ladder is additive,
-    and shares of 0 and 1 are drawn in by the continuity correction.
+    The transitive part is additive in only one scale. In ``"shares"`` the correction for noise is exact, but strengths
+    that lead to fractions near 0 or 1 are not additive, so the cyclic part is an upper bound. In ``"log-odds"`` a
+    Bradley-Terry model is additive, and the continuity correction pulls fractions of 0 and 1 inwards.
 
     Args:
-        caught: ``(G, H)``, see :func:`as_shares`; at least two generations of each side.
-        episodes: Independent episodes behind each share. The expected squares of their binomial noise are taken off
-            both parts, down to 0. Where prey of one episode share their fate in part, that takes off too much, never
-            too little. None: the shares are exact.
-        scale: What is decomposed.
+        caught: Fraction of prey caught, ``(G, H)``, see :func:`as_shares`; at least two generations of each side.
+        episodes: Number of independent episodes behind each fraction. The expected squares of their binomial noise are
+            subtracted from both parts, which do not fall below 0. The noise is computed as if all prey of an episode
+            had the same fate. Where they have it only in part, this subtracts too much, never too little. None: the
+            fractions are exact.
+        scale: Scale in which the matrix is decomposed.
     """
     values, noise = _scaled(as_shares(caught), episodes, scale)
     if min(values.shape) < 2:
         raise ValueError(f"caught must have at least two generations of each side, got shape {values.shape}")
     centred = values - values.mean()
     ladder = centred.mean(axis=1, keepdims=True) + centred.mean(axis=0, keepdims=True)
-    in_rest = (1 - 1 / len(values)) * (1 - 1 / values.shape[1])  # share of the noise that the fit leaves
-    in_ladder = 1 - in_rest - 1 / values.size  # the mean takes what is missing
+    # Degrees of freedom: the noise spreads evenly over the residuals, the row and column effects, and the mean.
+    in_rest = (1 - 1 / len(values)) * (1 - 1 / values.shape[1])
+    in_ladder = 1 - in_rest - 1 / values.size
     return _decomposition(ladder, centred - ladder, in_ladder * noise.mean(), in_rest * noise.mean(), values.size)
 
 
 def transitive_share(caught: np.ndarray, episodes: int) -> float:
-    """Fraction of the win matrix that a ranking explains, in [0, 1], by :func:`decompose`.
+    """Return the fraction of the win matrix that a ranking explains, in [0, 1], by :func:`decompose`.
 
-    nan if no difference exceeds chance, or if chance cannot be estimated (one episode a pair, or one generation on a
-    side).
+    It is nan if no difference exceeds the sampling noise, or if the noise cannot be estimated (one episode per pair, or
+    one generation on a side).
 
     Args:
-        caught: As for :func:`decompose`, ``(G, H)``.
-        episodes: Independent episodes behind each share.
+        caught: Fraction of prey caught, ``(G, H)``.
+        episodes: Number of independent episodes behind each fraction.
     """
     if episodes < 2 or min(caught.shape) < 2:
         return float("nan")
@@ -184,16 +186,18 @@ def transitive_share(caught: np.ndarray, episodes: int) -> float:
 
 
 def decompose_generations(caught: np.ndarray, episodes: int | None = None, scale: Scale = "shares") -> Decomposition:
-    """Generation against generation, each playing both roles: how much of who beats whom is a ladder.
+    """Split the symmetric game between generations, each of which plays both roles, into transitive and cyclic part.
 
-    ``A[g, k] = M[g, k] - M[k, g]`` is a symmetric zero-sum game. Its ladder is the gradient ``r_g - r_k`` of the
-    means ``r`` of its rows; the rest is curl, as in rock-paper-scissors (Balduzzi et al. 2019, as in
-    :func:`decompose`). Blind to what is alike in both roles, such as predators that know only the prey of their time.
+    ``A[g, k] = M[g, k] - M[k, g]`` is a symmetric zero-sum game. Its transitive part is the gradient ``r_g - r_k`` of
+    the row means ``r``; the cyclic part is the curl, as in rock-paper-scissors (Balduzzi et al. 2019, as in
+    :func:`decompose`). The difference cancels effects that are equal in both roles, so these go unseen. An example is
+    predators that catch only the prey of their own time.
 
     Args:
-        caught: ``(G, G)``, see :func:`as_square`; at least three generations, as fewer have no cycle.
-        episodes: As in :func:`decompose`.
-        scale: As in :func:`decompose`.
+        caught: Fraction of prey caught, ``(G, G)``, see :func:`as_square`; at least three generations, because fewer
+            have no cycle.
+        episodes: Number of independent episodes behind each fraction, see :func:`decompose`.
+        scale: Scale in which the matrix is decomposed, see :func:`decompose`.
     """
     values, noise = _scaled(as_square(caught), episodes, scale)
     n = len(values)
@@ -212,17 +216,20 @@ def decompose_generations(caught: np.ndarray, episodes: int | None = None, scale
 def _decomposition(
     ladder: np.ndarray, rest: np.ndarray, ladder_noise: float, rest_noise: float, n: int
 ) -> Decomposition:
-    """Mean squares over ``n`` entries, less what noise adds to them. What rounding leaves of nothing is 0."""
+    """Return the mean squares over ``n`` entries, corrected for noise and not below 0.
+
+    Values up to 1e-24 count as rounding errors and become 0.
+    """
     transitive, cyclic = float((ladder**2).sum() / n - ladder_noise), float((rest**2).sum() / n - rest_noise)
     return Decomposition(transitive if transitive > 1e-24 else 0.0, cyclic if cyclic > 1e-24 else 0.0)
 
 
 def _scaled(caught: np.ndarray, episodes: int | None, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
-    """The shares in a scale, and the variance of their sampling noise there."""
+    """Return the matrix in a scale, and the variance of its sampling noise in that scale."""
     if episodes is not None and episodes < 2:
         raise ValueError(f"episodes must be at least 2, got {episodes}")
     if scale == "shares":
-        # Over n - 1 this estimates the variance of the share, p (1 - p) / n, without bias.
+        # Dividing by n - 1 makes this an unbiased estimate of the variance of the fraction, p (1 - p) / n.
         return caught, np.zeros_like(caught) if episodes is None else caught * (1 - caught) / (episodes - 1)
     if episodes is None:
         if not ((caught > 0) & (caught < 1)).all():

@@ -1,4 +1,4 @@
-"""What is left of a run to analyse: the champions of every generation, and the curves."""
+"""The history of a run, as its analysis needs it: champions and curves by generation."""
 
 from __future__ import annotations
 
@@ -26,18 +26,22 @@ from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fixed, Role, Scrip
 
 @dataclass(frozen=True)
 class History:
-    """A run that is over, or as far as it got."""
+    """The champions and curves of a finished or unfinished run."""
 
     config: RunConfig
     champions: dict[Role, np.ndarray]
-    """Of each evolving side, float32 ``(n_generations, n_agents, n_networks, n_hidden, n_genes)``; of a run that is
-    longer than its hall of fame, those of the generations in ``kept``."""
+    """Genomes of the champions of each evolving side in the generations ``kept``, float32
+    ``(n_kept, n_agents, n_networks, n_hidden, n_genes)``."""
     curves: dict[str, np.ndarray]
-    """By generation, ``(n_generations, ...)``. Champion against champion from held-out starts: ``caught`` (share of
-    prey), ``all_caught`` and ``none_caught`` (shares of episodes), ``caught_by_even`` (by how many predators start at
-    an even distance), ``steps``. Of both sides' trials, nan for a fixed side: ``trials_caught``, ``trials_mean``."""
+    """Curves by name, float64 ``(n_generations, ...)``.
+
+    Champion against champion, from held-out starts: ``caught`` (fraction of prey caught), ``all_caught`` and
+    ``none_caught`` (fractions of episodes), ``caught_by_even`` (fraction of prey caught, by number of predators that
+    start at an even distance) and ``steps`` (length of an episode). In the trials of each side, ``(n_generations, 2)``
+    with nan for a fixed side: ``trials_caught`` (fraction of prey caught) and ``trials_mean`` (mean fitness)."""
     kept: np.ndarray = field(default=None)  # type: ignore[arg-type]  # filled in below
-    """Generations whose champions there are, by default all of them, int ``(n_kept,)``."""
+    """Generations whose champions are kept, int ``(n_kept,)``; by default all. Fewer if the run is longer than its hall
+    of fame."""
 
     def __post_init__(self) -> None:
         if self.kept is None:
@@ -47,7 +51,7 @@ class History:
         return len(self.curves["caught"])
 
     def __repr__(self) -> str:
-        """A line without its numbers."""
+        """Return one line without the arrays."""
         return f"<History: preset {self.config.preset}, seed {self.config.seed}, {len(self)} generations>"
 
     @classmethod
@@ -62,11 +66,11 @@ class History:
         """Run a config in memory.
 
         Args:
-            config: What to run.
-            evaluator: Of its world.
-            watch: Called after each generation.
-            fixed: A team that plays one side and does not evolve, whatever the config says.
-            league: Champions of other runs that are in the opponent pools.
+            config: Config to run.
+            evaluator: Evaluator of the config's world.
+            watch: Function called after each generation.
+            fixed: Teams that play a side without evolving, whatever the config says about that side.
+            league: Champions of other runs, added to the opponent pools.
         """
         config = league.enter(config)
         run = Coevolution(config, {**new_sides(config, league), **fixed}, evaluator)
@@ -81,10 +85,12 @@ class History:
 
     @classmethod
     def of_run(cls, path: Path | str) -> History:
-        """What a run directory holds, up to its last checkpoint.
+        """Read a run directory, up to its last checkpoint.
 
-        Raises :class:`FileNotFoundError` where there is no run, or no checkpoint yet; :class:`DamagedFileError` for
-        files that cannot be read.
+        Raises:
+            FileNotFoundError: There is no run, or no checkpoint yet.
+            ValueError: The run has no generation yet.
+            DamagedFileError: A file cannot be read.
         """
         directory = RunDirectory(path)
         config = directory.read_config()
@@ -104,7 +110,7 @@ class History:
         return cls(config, champions, curves, kept_generations(done, config.esp.hof_size))
 
     def save(self, path: Path | str) -> None:
-        """Write it to one file."""
+        """Write the history to one file."""
         arrays = {f"champions.{role}": array for role, array in self.champions.items()}
         arrays |= {f"curves.{name}": array for name, array in self.curves.items()}
         if len(self.kept) < len(self):
@@ -113,7 +119,7 @@ class History:
 
     @classmethod
     def load(cls, path: Path | str) -> History:
-        """Read what :meth:`save` wrote; :class:`DamagedFileError` for anything else."""
+        """Read a file that :meth:`save` wrote; raise :class:`DamagedFileError` for any other file."""
         header, arrays = read_arrays(Path(path), "history", finite=False)
         champions = {role: arrays[f"champions.{role}"] for role in ROLES if f"champions.{role}" in arrays}
         curves = {name.removeprefix("curves."): array for name, array in arrays.items() if name.startswith("curves.")}
@@ -127,17 +133,22 @@ class History:
             raise DamagedFileError(f"{path} is not a usable history: {error}") from None
 
     def first(self, n: int, kept: np.ndarray | None = None) -> History:
-        """Its first generations alone; if ``kept`` is given, int ``(n_kept,)``, with the champions of only those."""
+        """Return the history of the first ``n`` generations.
+
+        Args:
+            n: Number of generations.
+            kept: Generations whose champions to keep, int ``(n_kept,)``; by default all that are kept and below ``n``.
+        """
         kept = self.kept[self.kept < n] if kept is None else kept
         champions = {role: self.genomes(role, kept) for role in self.champions}
         return History(self.config, champions, {name: curve[:n] for name, curve in self.curves.items()}, kept)
 
     def sample(self, n: int) -> np.ndarray:
-        """At most ``n`` generations whose champions are kept, evenly spread from the first to the last."""
+        """Return at most ``n`` generations with kept champions, evenly spread from the first to the last."""
         return np.asarray(self.kept[np.unique(np.linspace(0, len(self.kept) - 1, n).round().astype(int))])
 
     def genomes(self, role: Role, generations: np.ndarray) -> np.ndarray:
-        """The champions of some generations, one after the other; :class:`ValueError` for one that is not kept."""
+        """Return the champions' genomes of some generations; raise :class:`ValueError` if one is not kept."""
         rows = np.searchsorted(self.kept, generations)
         found = self.kept[np.minimum(rows, len(self.kept) - 1)] == generations
         if not found.all():
@@ -145,8 +156,9 @@ class History:
         return np.asarray(self.champions[role][rows])
 
     def entrants(self, role: Role, generations: np.ndarray) -> EvolvedTeams | ScriptedTeams:
-        """The champions of some generations as entrants of a cross-play: team ``t`` of the batch is that of
-        ``generations[t]``. Of a scripted side, the script.
+        """Return the champions of some generations as teams for a cross-play; for a scripted side, the script.
+
+        Team ``t`` of the batch is the champion of ``generations[t]``.
         """
         if role not in self.champions:
             return ScriptedTeams(side_config(self.config, role).policy)
@@ -157,7 +169,7 @@ class History:
         return EvolvedTeams(side_controller(self.config, role), genomes, indices)
 
     def team(self, role: Role, generation: int) -> Team:
-        """A generation's champion as a policy; :class:`ValueError` for a side that did not evolve."""
+        """Return a generation's champion as a policy; raise :class:`ValueError` for a side that did not evolve."""
         if role not in self.champions:
             raise ValueError(f"the {role} of this run are a script: {side_config(self.config, role).policy}")
         origin = {**self.config.model_dump(), "generation": generation}
@@ -166,7 +178,7 @@ class History:
         return Team(role, side, controller, genomes, origin, controller.n_seen)
 
     def player(self, role: Role, generation: int) -> Team | ScriptedTeams:
-        """Who plays a side in a generation."""
+        """Return the team that plays a side in a generation: the champion, or the script of a scripted side."""
         teams: Teams = self.entrants(role, np.array([generation]))
         return teams if isinstance(teams, ScriptedTeams) else self.team(role, generation)
 
@@ -176,7 +188,7 @@ CURVES = ("caught", "all_caught", "none_caught", "caught_by_even", "steps", "tri
 
 
 def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """The curves of :class:`History` from the lines of ``metrics.jsonl``."""
+    """Return the curves of :class:`History` from the records of ``metrics.jsonl``."""
 
     def row(record: dict[str, Any]) -> dict[str, Any]:
         held_out, trials = record["held_out"], record["trials"]

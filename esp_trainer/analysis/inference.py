@@ -1,4 +1,7 @@
-"""What a handful of seeds says. A seed is the unit: its episodes and generations are not independent of each other."""
+"""Intervals and tests over a few seeds.
+
+A seed is the unit of every statistic, because the episodes and generations of a run are not independent of each other.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,10 @@ from scipy import stats
 from scipy.stats import mannwhitneyu, permutation_test
 
 MIN_SEEDS = 3
-"""Fewest seeds for which an interval is reported. With two, Student's interval is 12.7 standard errors to each side."""
+"""Minimum number of seeds for an interval. With two seeds, Student's 95% interval is 12.7 standard errors each way."""
 
 _Z_95 = 1.959963984540054
-_MAX_FLIPS = 2**14  # all signs of up to 14 seeds, so p is exact; of more, that many at random
+_MAX_FLIPS = 2**14  # all sign patterns of up to 14 seeds, so p is exact; with more seeds, a random sample of patterns
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,7 @@ class Estimate:
     low: float
     high: float
     n: int
-    """Seeds."""
+    """Number of seeds."""
 
     def __str__(self) -> str:
         return f"{self.mean:z.3f} [{self.low:z.3f}, {self.high:z.3f}]"
@@ -33,30 +36,32 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A difference with its 95% interval, and a test of there being none."""
+    """A difference with its 95% interval, effect size, and the p-value of a test of no difference."""
 
     difference: float
     low: float
     high: float
     effect: float
-    """Cliff's delta, in [-1, 1]: chance that one is greater than the other, less the chance that it is smaller."""
+    """Cliff's delta, in [-1, 1]: probability that a value of the first kind is greater than one of the second, minus
+    the probability that it is smaller."""
     p: float
-    """Two-sided."""
+    """Two-sided p-value."""
 
     def __str__(self) -> str:
-        # Not rounded to an unsigned zero: the sign of an end says on which side of 0 it lies.
+        # No "z" format: the sign of a rounded zero shows on which side of 0 the end of an interval lies.
         interval = f"{self.difference:+.3f} [{self.low:+.3f}, {self.high:+.3f}]"
         return f"{interval}, delta {self.effect:+.2f}, p {self.p:.2g}"
 
 
 def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
-    """Mean over seeds with Student's 95% interval.
+    """Return the mean over seeds with Student's 95% interval.
 
-    Not a bootstrap: at about ten seeds its intervals are too narrow, as it takes the spread of the sample for that of
-    all seeds, while Student's hold the level for normal values and nearly so for means of others.
+    A bootstrap is not used: with about ten seeds its intervals are too narrow, because it takes the spread of the
+    sample for that of the population. Student's interval has exact coverage for normal values, and nearly so for means
+    of other values.
 
     Args:
-        values: One number for each seed, at least two.
+        values: One value per seed, at least two.
     """
     values = _as_sample("values", values)
     n, mean = len(values), float(values.mean())
@@ -65,15 +70,20 @@ def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
 
 
 def summary(values: Sequence[float] | np.ndarray) -> str:
-    """Return the mean over seeds in words, with its interval from :data:`MIN_SEEDS` seeds on; ``-`` for no seed."""
+    """Return the mean over seeds as text, with its interval for :data:`MIN_SEEDS` seeds or more; ``-`` for no seed."""
     if len(values) < MIN_SEEDS:
         return f"{sum(values) / len(values):z.3f}" if len(values) else "-"
     return str(over_seeds(values))
 
 
 def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean over runs ``(n_runs, n)`` and both ends of its 95% interval (Student's, as :func:`over_seeds`), point by
-    point: each ``(n,)``. Of fewer runs than :data:`MIN_SEEDS` all three are the mean.
+    """Return the mean over runs and both ends of its 95% interval (Student's, see :func:`over_seeds`), point by point.
+
+    Args:
+        curves: One curve per run, ``(n_runs, n)``.
+
+    Returns:
+        Mean, low and high, ``(n,)`` each. With fewer runs than :data:`MIN_SEEDS` all three are the mean.
     """
     mean = curves.mean(axis=0)
     if len(curves) < MIN_SEEDS:
@@ -83,16 +93,19 @@ def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) -> Comparison:
-    """Seeds of one kind against independent seeds of another.
+    """Compare seeds of one kind with independent seeds of another.
 
-    Difference: Hodges & Lehmann's, the median of all differences ``a_i - b_j``, with the interval that belongs to the
-    rank test (Hollander & Wolfe, Nonparametric Statistical Methods, 1999, section 4.3; infinite where there are too few
-    seeds for 95%). Test: Mann & Whitney's U, exact without ties. Effect: Cliff's delta (Psychological Bulletin 114,
-    1993). All by ranks, since runs that found a trick and runs that did not make two heaps.
+    * Difference: Hodges-Lehmann estimate, the median of all differences ``a_i - b_j``, with the interval that belongs
+      to the rank test (Hollander & Wolfe, Nonparametric Statistical Methods, 1999, section 4.3). The interval is
+      infinite if there are too few seeds for 95%.
+    * Test: Mann-Whitney U test, exact if there are no ties.
+    * Effect: Cliff's delta (Psychological Bulletin 114, 1993).
+
+    All three use ranks, because values are often bimodal: some runs find a trick and others do not.
 
     Args:
-        a: One number for each seed, at least two.
-        b: The same of the other kind.
+        a: One value per seed of the first kind, at least two.
+        b: One value per seed of the second kind, at least two.
     """
     a, b = _as_sample("a", a), _as_sample("b", b)
     differences = np.sort((a[:, None] - b).ravel())
@@ -111,15 +124,17 @@ def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) ->
 
 
 def against(values: Sequence[float] | np.ndarray, null: float = 0.0) -> Comparison:
-    """Seeds against a fixed number, such as no progress.
+    """Compare seeds with a fixed value, such as 0 for no progress.
 
-    Difference: mean less ``null``, with the interval of :func:`over_seeds`. Test: Fisher's, by flipping the signs of
-    the differences in all ways, exact for up to 14 seeds whatever their ties, if the differences are symmetric about 0
-    where there is nothing to find; ten seeds can reach 1 / 512. Effect: Cliff's delta against ``null``.
+    * Difference: mean minus ``null``, with the interval of :func:`over_seeds`.
+    * Test: Fisher's randomisation test, which flips the signs of the differences in all ways. It assumes that the
+      differences are symmetric about 0 under the null hypothesis, and is then exact for up to 14 seeds, with ties too.
+      The smallest p of ten seeds is 1 / 512.
+    * Effect: Cliff's delta against ``null``.
 
     Args:
-        values: One number for each seed, at least two.
-        null: What is expected where there is nothing to find.
+        values: One value per seed, at least two.
+        null: Expected value under the null hypothesis.
     """
     differences = _as_sample("values", values) - null
     estimate = over_seeds(differences)
@@ -129,21 +144,23 @@ def against(values: Sequence[float] | np.ndarray, null: float = 0.0) -> Comparis
         permutation_type="samples",
         vectorized=True,
         n_resamples=_MAX_FLIPS,
-        rng=np.random.default_rng(0),  # the same p for the same values
+        rng=np.random.default_rng(0),  # a fixed seed, so that the same values give the same p
     )
     effect = float(np.sign(differences).mean())
     return Comparison(estimate.mean, estimate.low, estimate.high, effect, float(flips.pvalue))
 
 
 def holm(p_values: Sequence[float] | np.ndarray) -> np.ndarray:
-    """p-values for a family of tests: below 0.05 where Holm's procedure rejects at 0.05, which holds the chance of any
-    false rejection to that whatever their dependence (Holm, Scandinavian Journal of Statistics 6, 1979).
+    """Correct the p-values of a family of tests by Holm's procedure (Scandinavian Journal of Statistics 6, 1979).
+
+    Rejecting where the corrected p is at most 0.05 keeps the probability of any false rejection at or below 0.05,
+    however the tests depend on each other.
 
     Args:
-        p_values: ``(n,)``.
+        p_values: Uncorrected p-values, ``(n,)``.
 
     Returns:
-        float64 ``(n,)``, in the order given.
+        Corrected p-values, float64 ``(n,)``, in the same order.
     """
     p = np.asarray(p_values, np.float64)
     if p.ndim != 1 or not ((p >= 0) & (p <= 1)).all():

@@ -19,15 +19,18 @@ from esp_trainer.types import ROLES, Role
 
 
 def league_of_runs(paths: Sequence[Path], config: RunConfig, n_champions: int = 6) -> League:
-    """Return the league of some runs for a run with a config.
+    """Return the league that consists of champions of some runs.
+
+    Raises the errors of :meth:`History.of_run` too, for directories that hold no usable run.
 
     Args:
         paths: Directories of the runs.
-        config: Of the run whose opponent pools they join.
-        n_champions: At most so many champions of each side that evolved, evenly spread over the generations of a run.
+        config: Config of the run whose opponent pools the champions join.
+        n_champions: Maximum number of champions per run and evolved side, evenly spread over the generations.
 
-    Raises :class:`ValueError` if their teams cannot meet those of the run, or have other controllers: a batch of trials
-    holds one controller a side. Raises what :meth:`History.of_run` does of a directory that holds no usable run.
+    Raises:
+        ValueError: The teams of a run cannot play in the config's world, or differ from it in the settings of a side.
+            Controllers must be equal, because a batch of trials holds one controller per side.
     """
     check_directories(paths)
     genomes: dict[Role, list[np.ndarray]] = {}
@@ -45,7 +48,7 @@ def league_of_runs(paths: Sequence[Path], config: RunConfig, n_champions: int = 
 
 
 def _check_fits(path: Path, history: History, config: RunConfig) -> None:
-    """Raise :class:`ValueError` unless the teams of a run can be opponents in a run with a config."""
+    """Raise :class:`ValueError` unless the teams of a run can be opponents in a run with this config."""
 
     def needed(of: RunConfig) -> dict[str, Any]:
         sides: dict[str, Any] = {role: side_config(of, role).model_dump() for role in history.champions}

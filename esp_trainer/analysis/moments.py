@@ -1,4 +1,4 @@
-"""The moment that shows a behaviour best, picked by its detector."""
+"""Selection of the moment that shows a behaviour best, by the behaviour's detector."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ import numpy as np
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 
-BEFORE, AT_MOST, AFTER = 30, 30, 8  # steps that are shown before it, of it and after it
+BEFORE, AT_MOST, AFTER = 30, 30, 8  # number of steps to show before, during (at most) and after a moment
 
 
 @dataclass(frozen=True)
 class Moment:
-    """When a behaviour is seen in an episode."""
+    """A stretch of an episode in which a behaviour is seen."""
 
     behaviour: str
     step: int
-    """The first at which it is seen."""
+    """First step of the stretch."""
     until: int
-    """The last, without a break."""
+    """Last step of the stretch, which has no gap."""
     cells: np.ndarray
-    """Everybody's cells in the whole episode, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
+    """Cells of all agents in the whole episode, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
 
     @property
     def shown(self) -> tuple[int, int]:
-        """The first and the last step of what one needs to see."""
+        """First and last step to show, with some steps before and after the stretch."""
         last = min(self.until, self.step + AT_MOST) + AFTER
         return max(0, self.step - BEFORE), min(last, len(self.cells) - 1)
 
 
 def best_moment(behaviour: str, trace: np.ndarray, paths: Paths) -> Moment | None:
-    """The moment of the episode in which a behaviour lasts longest; None if it is in none.
+    """Return the first stretch of a behaviour in the episode where it is seen at most steps; None if it is never seen.
 
     Args:
-        behaviour: A name in the registry.
-        trace: Cells ``(n_episodes, n_rows, n_agents, 2)``, as :func:`~esp_trainer.analysis.watch.episodes` gives them.
-        paths: The same as paths.
+        behaviour: Name of the behaviour in the registry.
+        trace: Cells, ``(n_episodes, n_rows, n_agents, 2)``, from :func:`~esp_trainer.analysis.watch.episodes`.
+        paths: Paths of the same episodes.
     """
     rows = BEHAVIOURS[behaviour].rows(paths)
     if not rows.any():

@@ -1,4 +1,4 @@
-"""Dating the phases of a success curve, and whether success alternates between the sides (section VI)."""
+"""Phases of a success curve, and a test whether success alternates between the sides (section VI of the paper)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from scipy.spatial.distance import pdist
 
 MIN_LENGTH = 10
-"""Generations: half of the shortest phase that the paper reports (section VI-B: 20)."""
+"""Minimum length of a phase, in generations: half of the shortest phase that the paper reports (20, section VI-B)."""
 
 
 @dataclass(frozen=True)
@@ -19,36 +19,40 @@ class Phase:
     """Generations of a curve between two changes of its mean."""
 
     start: int
-    """The first."""
+    """First generation."""
     end: int
-    """One past the last."""
+    """One past the last generation."""
     mean: float
 
 
 @dataclass(frozen=True)
 class Alternation:
-    """How often success changed sides."""
+    """The number of times that success changed sides, and its p-value."""
 
     count: int
     p: float
-    """Chance that a curve of the same length and autocorrelation, without phases, has as many alternations."""
+    """Probability that a curve without phases, of the same length and autocorrelation, has as many or more."""
 
 
 def phases(curve: np.ndarray, min_length: int = MIN_LENGTH) -> list[Phase]:
-    """The phases of a curve, by the change points of its mean.
+    """Split a curve into phases at the change points of its mean.
 
-    Minimises squares about the phases' means plus a penalty for each change, exactly (PELT; Killick, Fearnhead &
-    Eckley, JASA 107, 2012). The penalty is that of BIC, ``2 s log n`` (Yao, Statistics & Probability Letters 6, 1988),
-    as a change adds two numbers, where and how far. ``s`` is the long-run variance of an AR(1) process, since success
-    that wanders from generation to generation looks like change points to a method for white noise; it is taken from
-    differences, which a few changes hardly touch (Chakar, Lebarbier, Lévy-Leduc & Robin, A robust approach for
-    estimating change-points in the mean of an AR(1) process, Bernoulli 23, 2017). Of curves of 450 generations without
-    phases it cuts 1 in 100 if their noise is white, 1 in 20 at an autocorrelation of 0.6 and 1 in 6 at 0.9; of 75
-    generations 1 in 100, 1 in 5 and 1 in 3, as the noise is harder to know.
+    The change points minimise the sum of squares about the phases' means plus a penalty per change, exactly (PELT;
+    Killick, Fearnhead & Eckley, JASA 107, 2012). The penalty is that of BIC, ``2 s log n`` (Yao, Statistics &
+    Probability Letters 6, 1988), because a change adds two parameters, its place and its size.
+
+    ``s`` is the long-run variance of an AR(1) process. A variance for white noise would take success that wanders from
+    generation to generation for change points. ``s`` is estimated from differences, on which a few changes have little
+    effect (Chakar, Lebarbier, Lévy-Leduc & Robin, A robust approach for estimating change-points in the mean of an
+    AR(1) process, Bernoulli 23, 2017).
+
+    Rate of false positives, the fraction of curves without phases that are split: for 450 generations 1 in 100 if the
+    noise is white, 1 in 20 at an autocorrelation of 0.6 and 1 in 6 at 0.9; for 75 generations 1 in 100, 1 in 5 and 1 in
+    3, because the noise of a shorter curve is harder to estimate.
 
     Args:
-        curve: ``(n,)``, one value for each generation.
-        min_length: Shortest phase, in generations (in values, if the curve has not one for each generation).
+        curve: One value per generation, ``(n,)``.
+        min_length: Minimum length of a phase, in values of the curve.
 
     Returns:
         The phases in order; together they cover the curve.
@@ -73,18 +77,18 @@ def phases(curve: np.ndarray, min_length: int = MIN_LENGTH) -> list[Phase]:
 def alternation(
     curve: np.ndarray, generator: np.random.Generator, min_length: int = MIN_LENGTH, n_surrogates: int = 199
 ) -> Alternation:
-    """Whether "the success rate of prey and predators alternate in cycles" (section VI-A).
+    """Test whether "the success rate of prey and predators alternate in cycles" (section VI-A).
 
-    An alternation is a change of phase from above the curve's mean to below it, or back. The null is an AR(1) process
-    with the curve's own lag-1 autocorrelation, which its phases raise too: so a curve must alternate more sharply than
-    one that merely wanders as slowly. Of curves that do, at autocorrelations of 0 to 0.98, some 5 in 100 or fewer have
-    p at or below 0.05.
+    An alternation is a change of phase from above the curve's mean to below it, or back. The null hypothesis is an
+    AR(1) process with the lag-1 autocorrelation of the curve. Phases raise that autocorrelation too, so the curve must
+    alternate more sharply than one that merely wanders as slowly. The test keeps its level: among AR(1) curves with
+    autocorrelations of 0 to 0.98, about 5% or fewer have a p of at most 0.05.
 
     Args:
-        curve: As for :func:`phases`.
-        generator: Draws the surrogates.
-        min_length: As for :func:`phases`.
-        n_surrogates: How many. The smallest p is ``1 / (n_surrogates + 1)``.
+        curve: One value per generation, ``(n,)``, see :func:`phases`.
+        generator: Random generator of the surrogate curves.
+        min_length: Minimum length of a phase, see :func:`phases`.
+        n_surrogates: Number of surrogate curves. The smallest p is ``1 / (n_surrogates + 1)``.
     """
     count = _alternations(curve, min_length)
     if count == 0:
@@ -93,7 +97,7 @@ def alternation(
     correlation = float(centred[1:] @ centred[:-1] / (centred @ centred))
     as_many = 0
     for _ in range(n_surrogates):
-        # Its mean and scale do not matter: phases are the same for a + b curve.
+        # Mean and scale of a surrogate are arbitrary: a + b * curve has the same phases as the curve.
         innovations = generator.normal(size=len(centred))
         innovations[1:] *= np.sqrt(1 - correlation**2)
         as_many += _alternations(lfilter([1.0], [1.0, -correlation], innovations), min_length) >= count
@@ -106,21 +110,24 @@ def _alternations(curve: np.ndarray, min_length: int) -> int:
 
 
 def _long_run_variance(curve: np.ndarray) -> float:
-    """Of an AR(1) process: the variance of a mean over ``n`` values, times ``n``.
+    """Estimate the long-run variance of an AR(1) process: the variance of a mean over ``n`` values, times ``n``.
 
-    Differences over one and two generations have the variances ``2 v (1 - r)`` and ``2 v (1 - r^2)``, so their ratio is
-    ``1 + r``, and the sum of all autocovariances is ``v (1 + r) / (1 - r)``.
+    With variance ``v`` and autocorrelation ``r``, differences over one and two generations have the variances
+    ``2 v (1 - r)`` and ``2 v (1 - r^2)``. Their ratio is ``1 + r``, which gives ``r``. The long-run variance is the sum
+    of all autocovariances, ``v (1 + r) / (1 - r)``.
     """
     one, two = (_qn(curve[lag:] - curve[:-lag]) ** 2 for lag in (1, 2))
-    if one == 0:  # more than half of the steps are the same: no noise to speak of, but some scale is needed
+    if one == 0:  # the robust estimate is 0 if more than half of the steps are equal, but the penalty needs a scale
         return float(np.mean(np.diff(curve) ** 2) / 2)
     correlation = np.clip(two / one - 1, 0, 0.99)
     return float(one / 2 * (1 + correlation) / (1 - correlation) ** 2)
 
 
 def _qn(values: np.ndarray) -> float:
-    """Standard deviation of normal values of which up to half may be anything: a quarter of all distances between two
-    are below ``Qn / 2.2191`` (Rousseeuw & Croux, Alternatives to the median absolute deviation, JASA 88, 1993).
+    """Return the Qn estimate of the standard deviation of normal values, which tolerates up to half outliers.
+
+    Qn is 2.2191 times the first quartile of all pairwise distances (Rousseeuw & Croux, Alternatives to the median
+    absolute deviation, JASA 88, 1993).
     """
     half = len(values) // 2 + 1
     rank = half * (half - 1) // 2 - 1

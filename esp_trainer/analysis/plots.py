@@ -1,7 +1,7 @@
-"""Figures of an arms race, in one style, each saved with the data that it shows.
+"""Figures of an arms race in a common style. Each figure is saved together with its data.
 
-Colours are those of Okabe & Ito, which the colour-blind can tell apart, and lines differ in dash as well; matrices are
-in viridis, which prints in grey.
+Colours are those of Okabe & Ito, which colour-blind readers can tell apart, and lines also differ in their dashes.
+Matrices use viridis, which stays readable when printed in grey.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Table = Mapping[str, Sequence[object] | np.ndarray]
 
 
 def panels(n: int, width: float = 3.6, height: float = 2.7, columns: int = 3) -> tuple[Figure, list[Axes]]:
-    """A figure with ``n`` panels, in inches, in rows of at most ``columns``."""
+    """Create a figure with ``n`` panels of ``width`` by ``height`` inches, in rows of at most ``columns`` panels."""
     n_columns = min(n, columns)
     n_rows = -(-n // n_columns)
     with matplotlib.rc_context(_STYLE):
@@ -52,12 +52,12 @@ def panels(n: int, width: float = 3.6, height: float = 2.7, columns: int = 3) ->
 
 
 def legend(axes: Axes, **where: str) -> None:
-    """A legend that hides little."""
+    """Add a legend, half transparent so that it hides little of the data."""
     axes.legend(frameon=True, framealpha=0.6, edgecolor="none", fontsize=8, **where)
 
 
 def save(figure: Figure, path: Path, data: Table) -> None:
-    """Write the figure, and its data beside it as CSV."""
+    """Write a figure, and its data as a CSV file of the same name."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = BytesIO()
     with matplotlib.rc_context(_STYLE):
@@ -69,11 +69,11 @@ def save(figure: Figure, path: Path, data: Table) -> None:
 
 
 def as_svg(figure: Figure, name: str) -> str:
-    """Return the figure as an SVG element for a page, its text as text and its ground transparent.
+    """Return a figure as an SVG element for a page, with text as text and a transparent background.
 
     Args:
-        figure: What is drawn.
-        name: Begins the ids in it, which must be unique on the page.
+        figure: The figure.
+        name: Prefix of the ids in the SVG, which must be unique on the page.
     """
     picture = BytesIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
@@ -84,7 +84,7 @@ def as_svg(figure: Figure, name: str) -> str:
 
 
 def smooth(values: np.ndarray, window: int) -> np.ndarray:
-    """Running mean over the last axis, over as many values as there are at the ends."""
+    """Return the running mean over the last axis. Near the ends, the mean is over the values that exist."""
     window = min(window, values.shape[-1])
     if window <= 1:
         return values
@@ -94,7 +94,7 @@ def smooth(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def dash_of(number: int) -> Any:
-    """Return the dash of a curve by its number. Where colours begin again, another goes with each."""
+    """Return the dash pattern of a curve by its number. When colours repeat, each is paired with another pattern."""
     return _DASHES[(number + number // len(COLOURS)) % len(_DASHES)]
 
 
@@ -108,8 +108,19 @@ def curve(
     colour: str | None = None,
     window: int = 1,
 ) -> dict[str, np.ndarray]:
-    """A mean over runs, ``(n_runs, n)``, of at least three with its 95% interval (Student's) as a band; returns what it
-    drew.
+    """Draw the mean over runs, and with three or more runs its 95% interval (Student's) as a band.
+
+    Args:
+        axes: Axes to draw on.
+        x: Horizontal coordinates, ``(n,)``.
+        runs: One curve per run, ``(n_runs, n)``.
+        label: Label of the curve.
+        number: Index of the curve's dash pattern and, without ``colour``, of its colour.
+        colour: Colour of the curve.
+        window: Number of values of the running mean.
+
+    Returns:
+        The drawn values by label.
     """
     mean, low, high = interval_of_curves(smooth(runs, window))
     colour = colour or COLOURS[number % len(COLOURS)]
@@ -123,8 +134,10 @@ def curve(
 def matrix(
     figure: Figure, axes: Axes, predators: np.ndarray, prey: np.ndarray, caught: np.ndarray, top: float = 1.0
 ) -> dict[str, np.ndarray]:
-    """Who catches whom, ``(G, H)``: the CIAO plot of both sides (Cliff & Miller 1995), with the diagonal on which
-    contemporaries meet; below it predators meet their ancestors' prey, above it those of their descendants.
+    """Draw the fraction of prey caught, ``(G, H)``, as the CIAO plot of both sides (Cliff & Miller 1995).
+
+    Contemporaries meet on the dotted diagonal. Above it predators meet prey of earlier generations, below it prey of
+    later ones. Returns the drawn values by name.
     """
     image = axes.pcolormesh(
         prey, predators, caught, vmin=0, vmax=top, cmap="viridis", shading="nearest", rasterized=True
@@ -137,13 +150,16 @@ def matrix(
 
 
 def trajectories(axes: Axes, cells: np.ndarray, n_predators: int, size: int) -> dict[str, np.ndarray]:
-    """One episode's paths on the torus, like figures 4 and 6 of the paper.
+    """Draw the paths of one episode on the torus, like figures 4 and 6 of the paper.
 
     Args:
-        axes: Where.
-        cells: int ``(n_steps, n_agents, 2)``, predators first, of the steps to show.
-        n_predators: How many of the agents they are.
-        size: Side of the torus.
+        axes: Axes to draw on.
+        cells: Cells of all agents in the steps to show, int ``(n_steps, n_agents, 2)``, predators first.
+        n_predators: Number of predators.
+        size: Side of the torus, in cells.
+
+    Returns:
+        The drawn values by name.
     """
     for agent in range(cells.shape[1]):
         hunts = agent < n_predators
@@ -160,6 +176,6 @@ def trajectories(axes: Axes, cells: np.ndarray, n_predators: int, size: int) -> 
 
 
 def _broken_at_seam(path: np.ndarray, size: int) -> np.ndarray:
-    """A path with a gap wherever it goes round the torus, so that no line is drawn across the world."""
+    """Insert a gap (nan) where a path wraps around the torus, so that no line is drawn across the world."""
     jumps = np.flatnonzero((np.abs(np.diff(path, axis=0)) > size / 2).any(axis=1)) + 1
     return np.insert(path, jumps, np.nan, axis=0)

@@ -1,4 +1,4 @@
-"""Which runs may be measured together, and how far all of them go."""
+"""Checks which runs may be measured together, and cuts them to their common generations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from esp_trainer.run.checkpoint import NO_MATTER
 from predprey_env.settings import flat
 
 MAY_DIFFER = {"preset", "seed", *NO_MATTER}  # the preset is only a name
-"""Fields in which runs may differ that are measured together."""
+"""Fields in which runs that are measured together may differ."""
 
 
 def check_directories(runs: Sequence[Path]) -> None:
@@ -47,9 +47,10 @@ def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
 
 
 def cut_to_shortest(histories: Sequence[History]) -> list[History]:
-    """The first generations of each run, as many as all have, with the champions of those that all keep.
+    """Return the histories cut to the length of the shortest, with the champions of the generations that all keep.
 
-    Raises :class:`ValueError` if there is no generation whose champions all runs keep.
+    Raises:
+        ValueError: There is no generation whose champions all runs keep.
     """
     n = min(map(len, histories))
     kept = _kept_by_all(histories)
@@ -59,7 +60,7 @@ def cut_to_shortest(histories: Sequence[History]) -> list[History]:
 
 
 def note_on_champions(histories: Sequence[History]) -> str | None:
-    """Return a note if runs, not yet cut, keep champions of different generations; None if of the same."""
+    """Return a note if the uncut runs keep champions of different generations; None if of the same."""
     n, kept = min(map(len, histories)), _kept_by_all(histories)
     if all((history.kept < n).sum() == len(kept) for history in histories):
         return None
@@ -72,7 +73,7 @@ def _kept_by_all(histories: Sequence[History]) -> np.ndarray:
 
 
 def note_on_lengths(lengths: Sequence[int]) -> str | None:
-    """Return a note on runs that are cut; None if all are equally long."""
+    """Return a note if runs have different lengths and so are cut; None if all are equally long."""
     least, most = min(lengths), max(lengths)
     if least == most:
         return None

@@ -1,6 +1,7 @@
-"""Did both sides get better? The field's ways to see it in who catches whom, across generations and across seeds.
+"""Measures of progress from the literature, computed from the fraction of prey caught across generations and seeds.
 
-In-loop success can't tell, as it moves with the opponent (the Red Queen). Everything here is against fixed opponents.
+In-loop success does not show progress, because it changes with the opponent (the Red Queen effect). All measures here
+are against fixed opponents.
 """
 
 from __future__ import annotations
@@ -15,14 +16,17 @@ from esp_trainer.analysis.games import Sides, as_shares, as_square
 
 
 def ciao(caught: np.ndarray) -> Sides[np.ndarray]:
-    """Current individual against ancestral opponents (Cliff & Miller, Tracking the Red Queen, ECAL 1995).
+    """Return results of current individuals against ancestral opponents (CIAO).
+
+    Source: Cliff & Miller, Tracking the Red Queen, ECAL 1995.
 
     Args:
-        caught: ``(G, G)``, see :func:`~esp_trainer.analysis.games.as_square`.
+        caught: Fraction of prey caught, ``(G, G)``, see :func:`~esp_trainer.analysis.games.as_square`.
 
     Returns:
-        For each side float64 ``(G, G)``: in row ``g`` its result, higher is better, against the opponents of
-        generations 0 to ``g``; nan above the diagonal. Prey's result is the share that was not caught.
+        Results of each side, float64 ``(G, G)``, higher is better. Row ``g`` holds the results of generation ``g``
+        against the opponents of generations 0 to ``g``, and nan above the diagonal. The result of prey is the fraction
+        not caught.
     """
     caught = as_square(caught)
     future = np.triu(np.ones_like(caught, bool), k=1)
@@ -30,36 +34,40 @@ def ciao(caught: np.ndarray) -> Sides[np.ndarray]:
 
 
 def master_tournament(caught: np.ndarray) -> Sides[np.ndarray]:
-    """Each generation against all opponents of the run (Nolfi & Floreano, Coevolving predator and prey robots: do "arms
-    races" arise in artificial evolution?, Artificial Life 4, 1998).
+    """Return the mean result of each generation against all opponents of the run.
+
+    Source: Nolfi & Floreano, Coevolving predator and prey robots: do "arms races" arise in artificial evolution?,
+    Artificial Life 4, 1998.
 
     Args:
-        caught: ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
+        caught: Fraction of prey caught, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
 
     Returns:
-        Mean result of each generation, higher is better: share of prey caught for predators ``(G,)``, share not caught
-        for prey ``(H,)``.
+        Mean results, higher is better: fraction of prey caught for predators, ``(G,)``, and fraction not caught for
+        prey, ``(H,)``.
     """
     caught = as_shares(caught)
     return Sides(caught.mean(axis=1), 1 - caught.mean(axis=0))
 
 
 def dominant_generations(caught: np.ndarray, episodes: int | None = None, error: float = 0.05) -> list[int]:
-    """Dominance tournament (Stanley & Miikkulainen, The dominance tournament method of monitoring progress in
-    coevolution, GECCO workshops 2002): the first generation is dominant, and after it each that beats every dominant
-    one before it.
+    """Run a dominance tournament between generations, and return the dominant ones.
 
-    There strategies of one kind play each other. Here the sides differ, so a strategy is a generation in both roles,
-    and ``g`` beats ``k`` if ``M[g, k] > M[k, g]``: its predators catch more of the prey of ``k`` than the predators of
-    ``k`` catch of its prey. One side's progress alone can make a generation dominant.
+    The first generation is dominant. Each later one is dominant if it beats every dominant generation before it
+    (Stanley & Miikkulainen, The dominance tournament method of monitoring progress in coevolution, GECCO workshops
+    2002).
+
+    In that paper, strategies of one kind play each other. Here the sides differ, so a strategy is a generation in both
+    roles. Generation ``g`` beats ``k`` if ``M[g, k] > M[k, g]``: the predators of ``g`` catch more of the prey of ``k``
+    than the predators of ``k`` catch of the prey of ``g``. Progress of one side alone can make a generation dominant.
 
     Args:
-        caught: ``(G, G)``, see :func:`~esp_trainer.analysis.games.as_square`.
-        episodes: Independent episodes behind each share. The difference must then exceed a margin: as many of its
-            standard errors (Agresti & Caffo, The American Statistician 54, 2000) that in a run without progress a
-            second dominant generation arises with a chance of at most ``error``. None: any difference counts, and 75
-            generations of nothing but noise have some six dominant ones.
-        error: That chance, shared out over all later generations (Bonferroni).
+        caught: Fraction of prey caught, ``(G, G)``, see :func:`~esp_trainer.analysis.games.as_square`.
+        episodes: Number of independent episodes behind each fraction. The difference must then exceed a margin, in
+            standard errors of the difference (Agresti & Caffo, The American Statistician 54, 2000). The margin is such
+            that a run without progress has a second dominant generation with a probability of at most ``error``. None:
+            any difference counts, and 75 generations of pure noise have about six dominant ones.
+        error: That probability, divided by the number of later generations (Bonferroni).
 
     Returns:
         Rows of the dominant generations, in order, 0 first.
@@ -81,57 +89,62 @@ def dominant_generations(caught: np.ndarray, episodes: int | None = None, error:
 
 @dataclass(frozen=True)
 class Progress:
-    """How one side's generations did against the same opponents."""
+    """Results of one side's generations against the same opponents."""
 
     curve: np.ndarray
-    """float64 ``(G,)``: mean result of each generation, higher is better."""
+    """Mean result of each generation, float64 ``(G,)``, higher is better."""
     strength: float
-    """Mean of the last sixth of the curve less that of the first, in [-1, 1]."""
+    """Mean of the last sixth of the curve minus that of the first sixth, in [-1, 1]."""
     tau: float
-    """Kendall's tau-b of the curve with time, in [-1, 1]; 0 for a constant curve. Without a p-value, since generations
-    that follow each other are not independent: test over seeds."""
+    """Kendall's tau-b of the curve with time, in [-1, 1]; 0 for a constant curve. It has no p-value, because successive
+    generations are not independent: test over seeds instead."""
 
     @property
     def level(self) -> float:
-        """Mean of the last sixth of the curve: how good the side is in the end."""
+        """Mean of the last sixth of the curve: result of the side at the end."""
         return float(self.curve[_ends(len(self.curve))[1]].mean())
 
 
 def progress(results: np.ndarray) -> Progress:
-    """One side's progress against a panel.
+    """Return the progress of one side against a panel.
 
     Args:
-        results: ``(G, n_opponents)`` in [0, 1], higher is better for the side of the rows; at least two generations,
-            oldest first, at even distances.
+        results: Results of the side's generations, ``(G, n_opponents)`` in [0, 1], higher is better. There must be at
+            least two generations, oldest first and evenly spaced.
     """
     curve = as_shares(results, "results").mean(axis=1)
     early, late = _ends(len(curve))
-    ranked = curve.round(12)  # the same results in another order have the same mean, but for rounding
+    ranked = curve.round(12)  # so that rounding errors of the mean do not break ties between equal results
     tau = float(kendalltau(np.arange(len(curve)), ranked).statistic) if np.ptp(ranked) > 0 else 0.0
     return Progress(curve, float(curve[late].mean() - curve[early].mean()), tau)
 
 
 def historical_progress(caught: np.ndarray) -> Sides[Progress]:
-    """Progress against the opponents of the own run (Miconi, Why coevolution doesn't "work": superiority and progress
-    in coevolution, EuroGP 2009). A side evolved against these, so it may be good at nothing else.
+    """Return the progress of both sides against the opponents of their own run.
 
-    Miconi's historical progress is against previous opponents; here the panel is all of the run's, so that every
-    generation meets the same.
+    A side evolved against these opponents, so it may be good against no others. Source: Miconi, Why coevolution doesn't
+    "work": superiority and progress in coevolution, EuroGP 2009. Miconi's historical progress is against previous
+    opponents. Here the panel is all opponents of the run, so that every generation meets the same ones.
 
     Args:
-        caught: ``(G, H)`` of one run, see :func:`~esp_trainer.analysis.games.as_shares`.
+        caught: Fraction of prey caught in one run, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
     """
     caught = as_shares(caught)
     return Sides(progress(caught), progress(1 - caught.T))
 
 
 def global_progress(predators_met: Sequence[np.ndarray], prey_met: Sequence[np.ndarray]) -> Sides[Progress]:
-    """Progress against opponents of independent seeds, which stand for all possible opponents (Miconi 2009, as in
-    :func:`historical_progress`): a side that only learned its own opponents shows none.
+    """Return the progress of both sides against opponents of independent seeds.
+
+    These stand for all possible opponents (Miconi 2009, as in :func:`historical_progress`): a side that has adapted
+    only to its own opponents shows no progress.
 
     Args:
-        predators_met: Shares caught by the run's predators from the prey of each other seed: ``(G, H_i)`` each.
-        prey_met: Shares caught by the predators of each other seed from the run's prey: ``(G_i, H)`` each.
+        predators_met: Fraction caught by the run's predators of the prey of each other seed, ``(G, H_i)`` each.
+        prey_met: Fraction caught by the predators of each other seed of the run's prey, ``(G_i, H)`` each.
+
+    Raises:
+        ValueError: There is no other seed, or the matrices of a side have different numbers of the run's generations.
     """
     hunts = [as_shares(panel, "predators_met") for panel in predators_met]
     escapes = [1 - as_shares(panel, "prey_met").T for panel in prey_met]
@@ -143,27 +156,33 @@ def global_progress(predators_met: Sequence[np.ndarray], prey_met: Sequence[np.n
 
 
 def two_sided(both: Sides[Progress]) -> float:
-    """The lesser strength of the two sides' progress: above 0 only if late predators catch more than early ones of the
-    same prey, and early prey are caught more than late ones by the same predators. An arms race needs both.
+    """Return the smaller of the two sides' strengths of progress.
+
+    It is positive only if late predators catch more of the same prey than early ones, and late prey are caught less by
+    the same predators than early ones. An arms race needs both.
     """
     return min(both.predators.strength, both.prey.strength)
 
 
 @dataclass(frozen=True)
 class EarlyLate:
-    """Mean shares of prey caught between the first and the last sixth of the generations."""
+    """Mean fractions of prey caught between the first (early) and last (late) sixth of each side's generations."""
 
     late_hunt_early: float
-    """Late predators, early prey."""
+    """Fraction of early prey that late predators catch."""
     early_hunt_late: float
-    """Early predators, late prey."""
+    """Fraction of late prey that early predators catch."""
     late_hunt_late: float
+    """Fraction of late prey that late predators catch."""
     early_hunt_early: float
+    """Fraction of early prey that early predators catch."""
 
 
 def early_late(caught: np.ndarray) -> EarlyLate:
-    """The four corners of the matrix ``(G, H)`` (see :func:`~esp_trainer.analysis.games.as_shares`), each the mean over
-    a sixth of the generations of both sides.
+    """Return the means of the four corners of the matrix, each over a sixth of the generations of both sides.
+
+    Args:
+        caught: Fraction of prey caught, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
     """
     caught = as_shares(caught)
     (early_predators, late_predators), (early_prey, late_prey) = map(_ends, caught.shape)
@@ -177,20 +196,22 @@ def early_late(caught: np.ndarray) -> EarlyLate:
 
 @dataclass(frozen=True)
 class Generalist:
-    """How each generation does against a frozen panel, float64 ``(G,)`` each."""
+    """Scores of each generation against a frozen panel, float64 ``(G,)`` each."""
 
     mean: np.ndarray
-    """Over all opponents."""
+    """Mean result over all opponents."""
     worst: np.ndarray
-    """Over the tenth of the opponents, at least one, that it does worst against."""
+    """Mean result over the tenth of the opponents (at least one) with the worst results."""
 
 
 def generalist(results: np.ndarray) -> Generalist:
-    """Scores against a panel that no generation evolved against, after the generalisation performance of Chong, Tino &
-    Yao (Measuring generalization performance in coevolutionary learning, IEEE TEC 12, 2008).
+    """Return the scores of each generation against a panel that no generation evolved against.
+
+    The scores follow the generalisation performance of Chong, Tino & Yao (Measuring generalization performance in
+    coevolutionary learning, IEEE TEC 12, 2008).
 
     Args:
-        results: ``(G, n_panel)`` in [0, 1], higher is better for the side of the rows.
+        results: Results of the side's generations, ``(G, n_panel)`` in [0, 1], higher is better.
     """
     results = as_shares(results, "results")
     n_worst = max(1, results.shape[1] // 10)
@@ -198,7 +219,7 @@ def generalist(results: np.ndarray) -> Generalist:
 
 
 def _ends(n: int) -> tuple[slice, slice]:
-    """The first and the last sixth of ``n`` generations, at least one each."""
+    """Return slices for the first and the last sixth of ``n`` generations, at least one generation each."""
     if n < 2:
         raise ValueError(f"early and late need at least two generations, got {n}")
     sixth = max(1, n // 6)

@@ -1,4 +1,4 @@
-"""Predators and prey of all generations on one scale of strength."""
+"""Ratings that place predators and prey of all generations on one scale of strength."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from esp_trainer.analysis.games import Sides, as_shares
 
 _POINTS_PER_NAT = 400 / log(10)
 _Z_95 = 1.959963984540054
-_MAX_ITERATIONS = 10_000  # a perfect ladder of 45 generations takes some hundreds, most matrices about ten
+_MAX_ITERATIONS = 10_000  # a perfect ranking of 45 generations takes some hundreds, most matrices about ten
 
 
 @dataclass(frozen=True)
@@ -27,21 +27,24 @@ class Ratings:
 def rate(
     caught: np.ndarray, episodes: int | np.ndarray, generator: np.random.Generator, n_resamples: int = 200
 ) -> Sides[Ratings]:
-    """Ratings by the Bradley-Terry model (Biometrika 39, 1952), in which a predator team with rating ``r`` catches a
-    share of ``1 / (1 + 10^((s - r) / 400))`` of prey with rating ``s``: 400 points are ten to one, as in chess.
+    """Fit ratings by the Bradley-Terry model (Biometrika 39, 1952).
 
-    The mean of all ratings of both sides is 0, so only differences mean something, those between the sides too. Each
-    pair counts as if it had played one more, drawn, episode: this keeps ratings finite where a team always or never
-    wins, and costs next to nothing among hundreds of episodes. The interval is 1.96 standard deviations to both sides,
-    of ratings from episodes that are drawn anew by each pair's share (parametric bootstrap); it knows of the luck in
-    these episodes, not of cycles, which a single number can't show (see
-    :func:`~esp_trainer.analysis.games.decompose`).
+    A predator team with rating ``r`` catches a fraction ``1 / (1 + 10^((s - r) / 400))`` of prey with rating ``s``: 400
+    points are odds of ten to one, as in chess. The mean rating of both sides together is 0, so only differences have a
+    meaning, including those between the sides.
+
+    Each pair counts as if it had played one more episode that ended in a draw. This keeps ratings finite where a team
+    always or never wins, and hardly changes them with hundreds of episodes.
+
+    The interval is the rating plus or minus 1.96 standard deviations of ratings from resampled episodes (parametric
+    bootstrap with each pair's fraction). It covers the sampling noise of the episodes, but not cycles, which a single
+    number cannot show (see :func:`~esp_trainer.analysis.games.decompose`).
 
     Args:
-        caught: ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
-        episodes: Independent episodes behind each share: one number, or int ``(G, H)``.
-        generator: Draws the resamples.
-        n_resamples: How many; 200 give a standard deviation to some 5%.
+        caught: Fraction of prey caught, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
+        episodes: Number of independent episodes behind each fraction: one number, or int ``(G, H)``.
+        generator: Random generator of the resamples.
+        n_resamples: Number of resamples; 200 give the standard deviation to about 5%.
     """
     caught = as_shares(caught)
     if np.min(episodes) < 1 or n_resamples < 2:
@@ -60,8 +63,8 @@ def _with_a_draw(caught: np.ndarray, episodes: int | np.ndarray) -> np.ndarray:
 
 
 def _fit(caught: np.ndarray, episodes: int | np.ndarray, initial: np.ndarray | None = None) -> np.ndarray:
-    """Log-strengths of predators, then prey, mean 0, by maximum likelihood."""
-    # choix, not evalica: it takes the matrix of counts and no pandas, and says so when it has not converged.
+    """Return the maximum-likelihood log-strengths of predators, then prey, with mean 0."""
+    # choix rather than evalica: it takes a matrix of counts, needs no pandas, and reports when it has not converged.
     n_predators, n = len(caught), sum(caught.shape)
     wins = np.zeros((n, n))
     shares = _with_a_draw(caught, episodes)

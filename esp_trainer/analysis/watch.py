@@ -1,4 +1,4 @@
-"""Champions watched: how often each behaviour is seen in each generation of a run."""
+"""Episodes between champions of a run, and the rate of each behaviour in them by generation."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from esp_trainer.seeding import stream
 from esp_trainer.types import TrialBatch
 
 EPISODES = 128
-"""Of each generation that is watched: a rate of one in fifty is seen in two or three of them."""
+"""Number of episodes per watched generation. A behaviour with a rate of 1 in 50 is expected in two or three of them."""
 
 
 def episodes(
     history: History, evaluator: FusedEvaluator, generation: int, *, n_episodes: int = EPISODES, seed: int = 0
 ) -> tuple[np.ndarray, Paths]:
-    """Champion against champion of a generation, from held-out starts.
+    """Play the champions of a generation against each other, from held-out starts.
 
     Args:
         history: The run.
-        evaluator: Of its world.
-        generation: Which.
-        n_episodes: How many.
-        seed: Which starts.
+        evaluator: Evaluator of the run's world.
+        generation: Generation of both champions.
+        n_episodes: Number of episodes.
+        seed: Seed of the starts.
 
     Returns:
-        Everybody's cells, int32 ``(n_episodes, max_cycles + 1, n_agents, 2)`` with -1 after the end, and their paths.
+        Cells of all agents, int32 ``(n_episodes, max_cycles + 1, n_agents, 2)`` with -1 after the end of an episode,
+        and the paths of the same episodes.
     """
     starts = evaluator.starts.held_out(stream(seed, "watched"), n_episodes)
     predators = history.player("predators", generation).as_teams(n_episodes)
@@ -41,8 +42,17 @@ def episodes(
 def watch(
     history: History, evaluator: FusedEvaluator, generations: np.ndarray, *, n_episodes: int = EPISODES, seed: int = 0
 ) -> dict[str, list[BehaviourRate]]:
-    """The behaviours of contemporaries: for each of them a rate in each of the ``generations``, int ``(n,)``; the other
-    arguments are those of :func:`episodes`.
+    """Measure the rate of each behaviour in episodes between contemporary champions.
+
+    Args:
+        history: The run.
+        evaluator: Evaluator of the run's world.
+        generations: Generations to watch, int ``(n,)``.
+        n_episodes: Number of episodes per generation.
+        seed: Seed of the starts and of the null's pairings.
+
+    Returns:
+        For each behaviour, its rate in each generation.
     """
     rates: dict[str, list[BehaviourRate]] = {}
     for generation in generations.tolist():

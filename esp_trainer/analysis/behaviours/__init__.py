@@ -1,5 +1,6 @@
-"""The behaviours that the paper names in sections VI and VII, defined on the toroid, and counted.
+"""Detectors of the behaviours that the paper names in sections VI and VII, defined on the torus.
 
-The paper saw them in videos and defines none. Here each is a rule that reads what agents did, never their networks, and
-it is reported beside the rate that the same motions give where nobody reacts to anybody (:mod:`.null`).
+The paper's authors saw these behaviours in videos and did not define them. Here each is defined by a rule that reads
+the agents' paths, never their networks. Its rate is reported beside the rate in episodes made of the same paths in
+which agents do not react to each other (:mod:`.null`).
 """

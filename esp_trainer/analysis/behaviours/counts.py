@@ -1,4 +1,4 @@
-"""How often each behaviour is seen in a set of episodes, and how often it would be by chance."""
+"""Rates of the behaviours in a set of episodes, and their rates by chance."""
 
 from __future__ import annotations
 
@@ -19,49 +19,48 @@ _Rates = TypeVar("_Rates", float, np.ndarray)
 
 @dataclass(frozen=True)
 class BehaviourRate:
-    """How often a behaviour is seen; nan for what cannot be asked."""
+    """The rate of a behaviour, and its rate by chance."""
 
     rate: float
-    """Mean over episodes."""
+    """Mean over episodes; nan if the behaviour is not defined for the teams, for example if it needs more agents."""
 
     null: float
-    """Mean rate in episodes re-paired so that nobody reacts to anybody (:func:`.null.repaired`). nan for behaviours of
-    one agent, and if too few episodes can be re-paired."""
+    """Mean rate by chance, in re-paired episodes in which agents do not react to each other (:func:`.null.repaired`).
+    nan for behaviours of a single agent, and if too few episodes can be re-paired."""
 
     n: int
-    """Episodes that the rate is a mean of; of specialisation, predators with a role."""
+    """Number of episodes that the rate is a mean of. For specialisation: number of predators with a role, summed over
+    episodes."""
 
     alone: bool = False
-    """Whether one agent does it alone, so that chance has no meaning."""
+    """True for a behaviour of a single agent, for which a rate by chance has no meaning."""
 
     @property
     def excess(self) -> float:
-        """Rate minus the rate by chance; nan if the latter is unknown. For behaviours of one agent, the rate itself."""
+        """Rate minus the rate by chance; nan if the latter is unknown. For behaviours of a single agent, the rate."""
         return over_chance(self.rate, self.null, alone=self.alone)
 
 
 def over_chance(rate: _Rates, null: _Rates, *, alone: bool) -> _Rates:
-    """Return rates minus the rates by chance, nan where the latter are unknown; ``alone``, for behaviours of one agent,
-    the rates themselves.
-    """
+    """Return rates minus the rates by chance, nan where the latter are unknown; with ``alone``, only the rates."""
     return rate if alone else rate - null
 
 
 def is_alone(name: str) -> bool:
-    """Return whether one agent does a behaviour alone, so that chance has no meaning."""
+    """Return whether a behaviour is one of a single agent, for which a rate by chance has no meaning."""
     return name in BEHAVIOURS and not BEHAVIOURS[name].of_interaction
 
 
 def count_behaviours(
     paths: Paths, generator: np.random.Generator, thresholds: Thresholds | None = None, pairings: int = 1
 ) -> dict[str, BehaviourRate]:
-    """The rate of every behaviour in the registry, and ``"specialisation"`` of predators in roles.
+    """Return the rate of every behaviour in the registry, and ``"specialisation"`` of predators in roles.
 
     Args:
-        paths: Episodes of the same two teams.
-        generator: For the pairings of the null; the same one gives the same counts.
-        thresholds: The numbers in the definitions.
-        pairings: How often the null pairs episodes anew; its rates are means over all.
+        paths: Paths of episodes of the same two teams.
+        generator: Random generator of the pairings of the null. The same state gives the same rates.
+        thresholds: Thresholds of the definitions.
+        pairings: Number of times that the null re-pairs the episodes; its rates are means over all of them.
     """
     thresholds = thresholds or Thresholds()
     nulls = [repaired(paths, generator) for _ in range(pairings)]

@@ -1,4 +1,4 @@
-"""What one prey does to get away (section VI.B)."""
+"""Detectors of the ways in which a single prey evades predators (section VI.B)."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from esp_trainer.analysis.behaviours.windows import ago, ahead, cosine, cross, d
 
 
 def circling(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which a prey has gone round in a small circle with a predator on its tail, bool
-    ``(n_episodes, n_rows)``.
+    """Detect a prey that has run round a small circle with a predator on its tail: rows, bool ``(n_episodes, n_rows)``.
 
-    "sometimes goes around in a small circle with the closest predator following on its tail" (VI.B). For some number of
-    steps from 8 to ``circle``, the prey's turns to the left and to the right differ by at least 4 (once round), it ends
-    at most 2 from where it began, and one predator was at most ``tail`` away all the time, three quarters of its steps
-    towards the prey. Eight steps, as the smallest circle has four and once round in it may be chance.
+    "sometimes goes around in a small circle with the closest predator following on its tail" (VI.B). For some
+    number of steps from 8 to ``circle``, a multiple of 4, all of these hold:
+
+    * The prey's turns to the left and to the right differ by at least 4, once round.
+    * The prey ends at most 2 cells from where it began.
+    * One predator was at most ``tail`` away all the time, and three quarters of its steps led towards the prey.
     """
     moves = steps(paths.prey)
     turns = cross(ago(moves, 1), moves)
     close, on_it = paths.distances <= thresholds.tail, towards(paths)
     found = np.zeros(paths.alive.shape, bool)
+    # From 8, not 4: the smallest circle has four steps, and once round it may be chance.
     for length in range(8, thresholds.circle + 1, 4):
         round_once = np.abs(total(turns, length)) >= 4
         closed = np.abs(paths.prey - ago(paths.prey, length)).sum(axis=3) <= 2
@@ -32,14 +34,16 @@ def circling(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def baiting(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which a prey leaves two predators that it let converge on it, bool ``(n_episodes, n_rows)``.
+    """Detect a prey about to leave two predators that it let converge on it: rows, bool ``(n_episodes, n_rows)``.
 
     "intelligent baiting behavior by waiting for the two predators to converge towards it before moving away in a
-    direction opposite to that of the predators" (VI.B). A prey cannot stand still: it waits where it keeps to a box of
-    side ``pause`` for ``wait`` steps. In that time two predators come nearer by ``approach`` each, to at most
-    ``converged``, and are seen from different sides, at least 90 degrees apart. Over the next ``escape`` steps it gets
-    at least 8 tenths as far as it can, towards neither of the two (at least 70 degrees off where they stood), and is
-    free at the end.
+    direction opposite to that of the predators" (VI.B). All of these hold:
+
+    * The prey waits. As it cannot stand still, this means that it stays in a box of side ``pause`` for ``wait`` steps.
+    * In these steps, two predators come nearer by ``approach`` each, to at most ``converged``. Seen from the prey, they
+      are at least 90 degrees apart.
+    * In the next ``escape`` steps, the prey gets at least 0.8 times as far as it can, in a direction at least 70
+      degrees off from where each of the two stood. It is free at the end.
     """
     on = thresholds.escape
     waits = (extent(paths.prey, thresholds.wait) <= thresholds.pause) & _free(paths, thresholds.wait, on)
@@ -58,12 +62,15 @@ def baiting(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def sidestepping(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which a prey that runs at a blocker is about to step aside and pass it, bool ``(n_episodes, n_rows)``.
+    """Detect a prey that runs at a blocker and is about to pass it on the side: rows, bool ``(n_episodes, n_rows)``.
 
-    "the prey learns to avoid the blocker by sidestepping as it crosses the blocker's path" (VI.B). The prey has run
-    ``run`` steps straight at a predator that blocks it (see :func:`.roles.blocks`), at most ``converged`` ahead and at
-    most one cell to the side. Within ``escape`` steps the predator is behind it, because the prey passed it: by steps
-    of its own in the direction in which it ran, and with a shift to the side. The prey is free then.
+    "the prey learns to avoid the blocker by sidestepping as it crosses the blocker's path" (VI.B). All of these hold:
+
+    * The prey has run ``run`` steps straight towards a predator that blocks it (see :func:`.roles.blocks`) and is at
+      most ``converged`` ahead and at most one cell to the side.
+    * Within ``escape`` steps the predator is behind the prey and at most ``near`` to the side, and the prey is free.
+    * The prey's own steps account for it: it went on in the direction in which it ran, to at least one cell before
+      where the predator stood, with a shift to the side.
     """
     direction = running(paths, thresholds.run)[:, :, None]
     forward = dot(paths.offsets, direction)
@@ -80,12 +87,15 @@ def sidestepping(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def reversal(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which a prey that runs between predators turns round and gains distance, bool ``(n_episodes, n_rows)``.
+    """Detect a prey that turns round between predators and gains distance: rows, bool ``(n_episodes, n_rows)``.
 
-    "the prey learns to reverse its direction so that it avoids both the attackers and the blocker" (VI.B). The prey has
-    run ``run`` steps, and within two more steps, which may go aside, begins to run as many in the opposite direction.
-    As it turned one predator was ahead and another behind, both at most ``reach`` away. ``escape`` steps later it
-    is free and the nearest predator is farther away than it was.
+    "the prey learns to reverse its direction so that it avoids both the attackers and the blocker" (VI.B). All of these
+    hold:
+
+    * The prey has run ``run`` steps. After at most two further steps, which may go aside, it runs as many steps in the
+      opposite direction.
+    * When it turns, one predator is ahead and another behind, both at most ``reach`` away.
+    * ``escape`` steps later the prey is free, and its nearest predator is farther away than when it turned.
     """
     direction = running(paths, thresholds.run)
     turned = np.zeros(paths.alive.shape, bool)
@@ -101,5 +111,7 @@ def reversal(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def _free(paths: Paths, back: int, on: int) -> np.ndarray:
-    """Rows from ``back`` rows before which to ``on`` after a prey is free, bool ``(n_episodes, n_rows, n_prey)``."""
+    """Return at which rows a prey is free from ``back`` rows earlier to ``on`` rows later, bool
+    ``(n_episodes, n_rows, n_prey)``.
+    """
     return np.asarray(ahead(paths.alive, on) & paths.reaches(back, on)[:, :, None])

@@ -1,4 +1,4 @@
-"""Standing still, which only predators may."""
+"""Detectors of idling. Only predators can idle."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from esp_trainer.analysis.behaviours.windows import steps
 
 
 def idling(paths: Paths, _: Thresholds) -> np.ndarray:
-    """The share of the predators' steps that are idle, float ``(n_episodes,)``.
+    """Return the fraction of the predators' steps that are idle, float ``(n_episodes,)``.
 
     "To evolve blocking strategies in predators, the idle action is often important" (V).
     """
@@ -18,12 +18,13 @@ def idling(paths: Paths, _: Thresholds) -> np.ndarray:
 
 
 def parity_idle(paths: Paths, _: Thresholds) -> np.ndarray:
-    """The share of captures by a predator that had idled an odd number of times, float ``(n_episodes,)``; nan where no
-    captor is known.
+    """Return the fraction of captures by a predator that had idled an odd number of times, float ``(n_episodes,)``.
 
-    On an even torus, where all move at once, a predator at an odd distance cannot land on a prey that always moves
-    until it idles once (or thrice, ...): these are the captures that idling made possible. Captors are the predators in
-    the prey's cell when it is caught; of several, one that had idled an odd number of times is enough.
+    It is nan where no captor is known. Captors are the predators in the prey's cell when it is caught; if there are
+    several, one that had idled an odd number of times suffices.
+
+    Idling made these captures possible: on a torus of even size, where all agents move at once and prey always move, a
+    predator at an odd distance from a prey can land on it only after it has idled an odd number of times.
     """
     odd = np.cumsum(_idle(paths), axis=1) % 2 == 1
     episode, prey = np.nonzero(paths.capture_times <= paths.lengths[:, None])

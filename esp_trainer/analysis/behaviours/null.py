@@ -1,4 +1,4 @@
-"""What the same motions look like where nobody reacts to anybody."""
+"""The null model of behaviours: episodes of the same paths in which agents do not react to each other."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from esp_trainer.analysis.behaviours.paths import Paths
 
 
 def repaired(paths: Paths, generator: np.random.Generator) -> Paths:
-    """Episodes made up of the motions of several: the predators of one, and each prey from another.
+    """Re-pair episodes: combine the predators of each episode with prey that each come from a different episode.
 
-    Every agent keeps its own motion where it was, and meets agents that did not know of it. The prey are parted too,
-    each from another episode: as they see predators alone, whatever they do together they do because of them.
+    Every agent keeps its path, and meets agents that did not react to it. Prey see only predators, so whatever prey do
+    together is caused by predators. Therefore the prey of an episode are separated from each other as well.
 
-    Nobody is shifted. Starts are uniform, so the distances at the start are distributed as in true episodes anyway;
-    to put each prey where that of the predators' own episode began would leave a piece of interaction in place, as
-    predators first go to where their prey started (up to twice as many made-up episodes then held a chase).
+    Paths are not shifted. Starts are uniform, so the distances at the start have the same distribution as in true
+    episodes. If each prey were shifted to the start of the prey that it replaces, some interaction would remain,
+    because predators first go to where their own prey started. Up to twice as many re-paired episodes then held a
+    chase.
 
-    * Episodes are paired at random among those in which the same prey were caught. As the length of an episode
-      hangs on it, the made-up ones are hardly shorter than true ones: not at all where nobody is caught, by some 5 to
-      10% where half the prey are.
-    * A prey lives as long as it did in its own episode, through predators if need be, and then stays where it was: what
-      asks when prey were caught asks whether these times coincide by chance.
-    * An episode ends when its predators' did, or when all its prey are caught.
-    * Where too few have the same prey caught to give each another partner, they are left out.
+    * Episodes are paired at random among those in which the same prey were caught. The length of an episode depends on
+      this, so re-paired episodes are hardly shorter than true ones: not at all if no prey is caught, and by about 5 to
+      10% if half the prey are.
+    * A prey is free for as long as in its own episode, even if it crosses predators, and then stays in its cell. So a
+      detector that compares capture times sees how often they coincide by chance.
+    * An episode ends when that of its predators did, or when all its prey are caught.
+    * Episodes are left out if too few have the same prey caught to take each prey from a different one.
     """
     n_prey, order = paths.n_prey, generator.permutation(paths.n_episodes)
     outcome = paths.captured[order] @ (1 << np.arange(n_prey))

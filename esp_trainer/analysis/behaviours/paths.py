@@ -1,4 +1,4 @@
-"""Where everybody went: traces made continuous, so that a step over the seam of the toroid is a step like any other."""
+"""Paths of the agents, unwrapped: a step across the seam of the torus changes a coordinate by 1 like any other step."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 
 
 def minimal_image(way: np.ndarray, size: int) -> np.ndarray:
-    """Ways along an axis, in cells, by the shortest way round: in ``[-(size // 2), size - size // 2 - 1]``, as
-    :func:`predprey_env.torus.displacement` takes them.
+    """Return displacements along an axis, in cells, taken the shortest way round the torus.
+
+    They lie in ``[-(size // 2), size - size // 2 - 1]``, as those of :func:`predprey_env.torus.displacement`.
     """
     half = size // 2
     return np.asarray((way + half) % size - half)
@@ -18,37 +19,46 @@ def minimal_image(way: np.ndarray, size: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """The motions of a set of episodes. All arrays begin ``(n_episodes, n_rows, ...)``; row 0 is the start, row ``t``
-    is after step ``t``, and rows after the end of an episode repeat its last one.
+    """The paths of all agents in a set of episodes.
+
+    Arrays over time begin with the axes ``(n_episodes, n_rows, ...)``. Row 0 is the start, row ``t`` is after step
+    ``t``, and rows after the end of an episode repeat its last row.
     """
 
     predators: np.ndarray
     """Unwrapped cells (x, y), int32 ``(n_episodes, n_rows, n_predators, 2)``: east is +x, north is +y."""
 
     prey: np.ndarray
-    """Unwrapped cells, int32 ``(n_episodes, n_rows, n_prey, 2)``."""
+    """Unwrapped cells (x, y), int32 ``(n_episodes, n_rows, n_prey, 2)``."""
 
     lengths: np.ndarray
-    """The last row of each episode, int ``(n_episodes,)``."""
+    """Index of the last row of each episode, int ``(n_episodes,)``: its number of steps."""
 
     capture_times: np.ndarray
-    """The row at which each prey is caught, or ``n_rows`` if it never is: int ``(n_episodes, n_prey)``."""
+    """Row at which each prey is caught, or ``n_rows`` if it never is, int ``(n_episodes, n_prey)``."""
 
     size: int
-    """Side of the toroid, in cells."""
+    """Side of the torus, in cells."""
 
     @classmethod
     def of_trace(cls, trace: np.ndarray, n_predators: int, size: int, captured: np.ndarray | None = None) -> Paths:
-        """Read a trace, int ``(n_episodes, n_rows, n_agents, 2)``: cells in [0, size), predators first, rows after the
-        end of an episode -1.
+        """Read the paths and capture times from a trace.
 
-        A free prey always moves (section V), so one that stands still was caught when it got there; with captures of
-        those who trade places, this dates one a step early. An episode that ends before the last row ended because all
-        prey were caught. For the last row itself, ``captured``, bool ``(n_episodes, n_prey)``, tells; without it a prey
-        in whose cell a predator stands counts as caught, which misses one who ran into a predator that then moved on
-        (``move_order="prey_first"``).
+        A free prey always moves (section V), so a prey that stands still was caught when it reached its cell. If agents
+        that trade places are caught, this dates a capture one step early. An episode that ends before the last row
+        ended because all prey were caught.
 
-        Raises :class:`ValueError` for shapes and cells that do not fit.
+        Args:
+            trace: Cells in [0, size), int ``(n_episodes, n_rows, n_agents, 2)``, predators first; -1 after the end of
+                an episode.
+            n_predators: Number of predators.
+            size: Side of the torus, in cells.
+            captured: Prey caught by the end, bool ``(n_episodes, n_prey)``, which decides about captures at the last
+                row. Without it, a prey counts as caught there if a predator is in its cell. This misses prey that ran
+                into a predator that then moved on (``move_order="prey_first"``).
+
+        Raises:
+            ValueError: Shapes or cells do not fit, or an agent moves by more than one cell in a step.
         """
         trace = np.asarray(trace)
         if trace.ndim != 4 or trace.shape[3] != 2 or not 0 < n_predators < trace.shape[2] or not trace.shape[1]:
@@ -71,57 +81,59 @@ class Paths:
 
     @property
     def n_episodes(self) -> int:
-        """Episodes."""
+        """Number of episodes."""
         return int(self.prey.shape[0])
 
     @property
     def n_rows(self) -> int:
-        """Rows: one more than the most steps of an episode."""
+        """Number of rows: one more than the maximum number of steps of an episode."""
         return int(self.prey.shape[1])
 
     @property
     def n_predators(self) -> int:
-        """Predators in the team."""
+        """Number of predators in the team."""
         return int(self.predators.shape[2])
 
     @property
     def n_prey(self) -> int:
-        """Prey in the team."""
+        """Number of prey in the team."""
         return int(self.prey.shape[2])
 
     @cached_property
     def valid(self) -> np.ndarray:
-        """Rows of the episode, bool ``(n_episodes, n_rows)``."""
+        """True at rows up to the end of the episode, bool ``(n_episodes, n_rows)``."""
         return _until(self.lengths, self.n_rows)
 
     @cached_property
     def alive(self) -> np.ndarray:
-        """Rows of the episode at which a prey is not caught, bool ``(n_episodes, n_rows, n_prey)``."""
+        """True at rows of the episode at which the prey is not yet caught, bool ``(n_episodes, n_rows, n_prey)``."""
         return np.asarray(self.valid[:, :, None] & (np.arange(self.n_rows)[:, None] < self.capture_times[:, None, :]))
 
     @cached_property
     def captured(self) -> np.ndarray:
-        """Who was caught, bool ``(n_episodes, n_prey)``."""
+        """True for prey that are caught in the episode, bool ``(n_episodes, n_prey)``."""
         return np.asarray(self.capture_times < self.n_rows)
 
     @cached_property
     def offsets(self) -> np.ndarray:
-        """Where each predator is seen from each prey, the shortest way round, in cells: int32
+        """Displacement from each prey to each predator, in cells, the shortest way round: int32
         ``(n_episodes, n_rows, n_predators, n_prey, 2)``.
         """
         return minimal_image(self.predators[:, :, :, None] - self.prey[:, :, None], self.size)
 
     @cached_property
     def distances(self) -> np.ndarray:
-        """Toroidal Manhattan distances, in steps: int32 ``(n_episodes, n_rows, n_predators, n_prey)``."""
+        """Toroidal Manhattan distances, in steps, int32 ``(n_episodes, n_rows, n_predators, n_prey)``."""
         return np.asarray(np.abs(self.offsets).sum(axis=-1, dtype=np.int32))
 
     def between_prey(self, one: int, other: int) -> np.ndarray:
-        """Where prey ``other`` is seen from prey ``one``, int32 ``(n_episodes, n_rows, 2)``."""
+        """Return the displacement from prey ``one`` to prey ``other``, in cells, int32 ``(n_episodes, n_rows, 2)``."""
         return minimal_image(self.prey[:, :, other] - self.prey[:, :, one], self.size)
 
     def reaches(self, back: int = 0, on: int = 0) -> np.ndarray:
-        """Rows with ``back`` rows of the episode before them and ``on`` after, bool ``(n_episodes, n_rows)``."""
+        """Return at which rows the episode has ``back`` rows before and ``on`` rows after, bool
+        ``(n_episodes, n_rows)``.
+        """
         rows = np.arange(self.n_rows)
         return np.asarray((rows >= back) & (rows + on <= self.lengths[:, None]))
 

@@ -1,4 +1,4 @@
-"""The behaviours by name."""
+"""The registry of behaviours: the detector of each by name."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ from esp_trainer.types import Role
 
 @dataclass(frozen=True)
 class Detector:
-    """How a behaviour is found."""
+    """A detector of a behaviour in episodes."""
 
     rule: Callable[[Paths, Thresholds], np.ndarray]
-    """Its definition: the rows at which it is seen, bool ``(n_episodes, n_rows)``, or a number for each episode, float
-    ``(n_episodes,)``."""
+    """Definition of the behaviour: a function that returns the rows at which it is seen, bool ``(n_episodes, n_rows)``,
+    or a number per episode, float ``(n_episodes,)``."""
 
     meaning: str
-    """In one line."""
+    """Description in one line."""
 
     who: Role
-    """Who does it."""
+    """Side that shows the behaviour."""
 
     min_predators: int = 1
-    """With fewer predators it cannot be asked for."""
+    """Minimum number of predators; with fewer, the behaviour is not defined."""
 
     min_prey: int = 1
-    """With fewer prey it cannot be asked for."""
+    """Minimum number of prey; with fewer, the behaviour is not defined."""
 
     of_interaction: bool = True
-    """Whether it is about what agents do to each other, so that its rate without interaction means something."""
+    """True for a behaviour of agents towards each other, for which a rate without interaction has a meaning."""
 
     def rows(self, paths: Paths) -> np.ndarray:
-        """When it is seen, bool ``(n_episodes, n_rows)``: a number for an episode at its end, and never what cannot be
-        asked for.
+        """Return the rows at which the behaviour is seen, bool ``(n_episodes, n_rows)``.
+
+        If the rule gives a number per episode, the last row of each episode with a number above 0 is marked. No row is
+        marked if there are too few agents.
         """
         if paths.n_predators < self.min_predators or paths.n_prey < self.min_prey:
             return np.zeros(paths.valid.shape, bool)
@@ -48,8 +50,9 @@ class Detector:
         return np.asarray((np.nan_to_num(found)[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None]))
 
     def __call__(self, paths: Paths, thresholds: Thresholds | None = None) -> np.ndarray:
-        """A number for each episode, float ``(n_episodes,)``: 1 if it is seen, 0 if not, or a share; nan where it
-        cannot be asked for.
+        """Return a number per episode, float ``(n_episodes,)``: 1 if the behaviour is seen, 0 if not, or a fraction.
+
+        It is nan where the behaviour is not defined, for example with too few agents.
         """
         if paths.n_predators < self.min_predators or paths.n_prey < self.min_prey:
             return np.full(paths.n_episodes, np.nan)

@@ -1,5 +1,6 @@
-"""What predators are to a prey: attackers and blockers (section VI.B: "Each predator agent assumed the role of either
-an attacker or blocker").
+"""Detectors of the roles of predators, attacker and blocker.
+
+Section VI.B: "Each predator agent assumed the role of either an attacker or blocker".
 """
 
 from __future__ import annotations
@@ -12,13 +13,15 @@ from esp_trainer.analysis.behaviours.windows import ago, cosine, cross, dot, ext
 
 
 def attacks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Who attacks whom when, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
+    """Return which predators attack which prey at which rows, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
 
-    "The role of an attacker is to chase the prey" (VI.B); "The attackers actively pursue the prey" (VII). For ``chase``
-    steps, all but ``slips`` of the predator's steps went towards where the prey was, the shortest way round, and at the
-    end it is at most ``near``. A straight run past a prey looks like that for a while, so there must also be a sign
-    that the predator answers to the prey: it turned, or was near all the time, or ran at it in its very row or column
-    all the time. All rows of such a stretch count.
+    "The role of an attacker is to chase the prey" (VI.B); "The attackers actively pursue the prey" (VII). All of these
+    hold over ``chase`` steps, all of whose rows then count:
+
+    * All but ``slips`` of the predator's steps led towards where the prey was, the shortest way round.
+    * At the end the predator is at most ``near``.
+    * The predator reacted to the prey: it turned, or was near all the time, or was in line with the prey (in its row or
+      column) all the time. Without this, a straight run past a prey would count.
     """
     moves = steps(paths.predators)
     straight = (moves == ago(moves, 1)).all(axis=3)
@@ -35,11 +38,14 @@ def attacks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def blocks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Who blocks whom when, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
+    """Return which predators block which prey at which rows, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
 
-    "the blocker moves in a localized area to obstruct the prey's path" (VI.B). For ``post`` steps the predator kept to
-    a box of side ``area``; at the end the prey runs at it: the prey's last ``run`` steps went the same way, and the
-    predator is at most ``path`` ahead and at most ``lane`` to the side. All rows of the predator's stay count.
+    "the blocker moves in a localized area to obstruct the prey's path" (VI.B). All of these hold over ``post`` steps,
+    all of whose rows then count:
+
+    * The predator stayed in a box of side ``area``.
+    * At the end the prey runs towards it: the prey's last ``run`` steps went in one direction, and the predator is at
+      most ``path`` ahead and at most ``lane`` to the side.
     """
     localized = extent(paths.predators, thresholds.post) <= thresholds.area
     found = (
@@ -51,35 +57,35 @@ def blocks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def attacker(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which some predator attacks some prey: see :func:`attacks`."""
+    """Return the rows at which any predator attacks any prey, see :func:`attacks`: bool ``(n_episodes, n_rows)``."""
     return np.asarray(attacks(paths, thresholds).any(axis=(2, 3)))
 
 
 def blocker(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which some predator blocks some prey: see :func:`blocks`."""
+    """Return the rows at which any predator blocks any prey, see :func:`blocks`: bool ``(n_episodes, n_rows)``."""
     return np.asarray(blocks(paths, thresholds).any(axis=(2, 3)))
 
 
 def role_switch(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which a predator takes another role towards a prey than it had last, for any predator and prey.
+    """Detect a predator whose role towards a prey differs from its last one: rows, bool ``(n_episodes, n_rows)``.
 
     "the predators learn to dynamically switch roles [...] The blocker also starts to follow the prey when it tries to
-    escape" (VI.B); either way round counts. While it does both, it attacks.
+    escape" (VI.B). Switches from attacker to blocker count as well. A predator that does both at once is an attacker.
     """
     attacking = attacks(paths, thresholds)
     role = np.where(attacking, 2, np.where(blocks(paths, thresholds), 1, 0))
     rows = np.arange(paths.n_rows)[:, None, None]
-    latest = np.maximum.accumulate(np.where(role > 0, rows, 0), axis=1)  # the row of the role that it had last
+    latest = np.maximum.accumulate(np.where(role > 0, rows, 0), axis=1)  # latest row at which it had a role
     last = ago(np.take_along_axis(role, latest, axis=1), 1)
     last[:, 0] = 0
     return np.asarray(((role > 0) & (last > 0) & (role != last)).any(axis=(2, 3)))
 
 
 def opposing_attack(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which two attackers of a prey come from opposing sides.
+    """Detect two attackers that come at a prey from opposing sides: rows, bool ``(n_episodes, n_rows)``.
 
     "Two of them now approach the prey from opposing directions (acting as attackers)" (VI.B). Both attack (see
-    :func:`attacks`), are at most ``near``, and are seen from the prey at least 135 degrees apart.
+    :func:`attacks`) and are at most ``near``, and their directions from the prey are at least 135 degrees apart.
     """
     ready = attacks(paths, thresholds) & (paths.distances <= thresholds.near) & paths.alive[:, :, None]
     found = np.zeros(ready.shape[:2], bool)
@@ -91,14 +97,14 @@ def opposing_attack(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def towards(paths: Paths) -> np.ndarray:
-    """Whether a predator's step to a row led nearer to where a prey was, bool
+    """Return which predators' last step led towards the cell in which the prey was before it, bool
     ``(n_episodes, n_rows, n_predators, n_prey)``.
     """
     return dot(steps(paths.predators)[:, :, :, None], ago(paths.offsets, 1)) < 0
 
 
 def running(paths: Paths, run: int) -> np.ndarray:
-    """The direction of each prey's last ``run`` steps, if they all went the same way, else 0: int32
+    """Return the direction of each prey's last ``run`` steps if they all went the same way, else 0: int32
     ``(n_episodes, n_rows, n_prey, 2)``.
     """
     moves = steps(paths.prey)
@@ -108,8 +114,10 @@ def running(paths: Paths, run: int) -> np.ndarray:
 
 
 def in_the_way(paths: Paths, run: int, path: int, lane: int) -> np.ndarray:
-    """Which predators are at most ``path`` ahead of a prey that has run ``run`` steps and at most ``lane`` to the side
-    of its line: bool ``(n_episodes, n_rows, n_predators, n_prey)``.
+    """Return which predators are in the way of which prey, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
+
+    The prey has run ``run`` steps in one direction, and the predator is at most ``path`` ahead of it and at most
+    ``lane`` to the side of its line.
     """
     direction = running(paths, run)[:, :, None]
     forward, aside = dot(paths.offsets, direction), np.abs(cross(paths.offsets, direction))
@@ -117,5 +125,6 @@ def in_the_way(paths: Paths, run: int, path: int, lane: int) -> np.ndarray:
 
 
 def _hunted(paths: Paths, rows: int) -> np.ndarray:
-    """Rows of the episode before which a prey was free for so many, ``(n_episodes, n_rows, 1, n_prey)``."""
+    """Return at which rows a prey was free for the ``rows`` rows before, bool ``(n_episodes, n_rows, 1, n_prey)``."""
+    # Prey are never freed, so a prey that was free one row earlier was free at all rows before that one too.
     return np.asarray(ago(paths.alive, 1) & paths.reaches(back=rows)[:, :, None])[:, :, None]

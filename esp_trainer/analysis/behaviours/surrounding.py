@@ -1,4 +1,4 @@
-"""Predators on all sides of a prey."""
+"""Detector of predators that surround a prey."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from esp_trainer.analysis.behaviours.windows import ago
 
 
 def encirclement(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which a free prey is surrounded, bool ``(n_episodes, n_rows)``.
+    """Detect a free prey that is surrounded: rows, bool ``(n_episodes, n_rows)``.
 
     "they need to surround the prey from different sides so that they do not have anywhere to escape before they can
-    catch them" (III). Three or more predators are at most ``near``, as seen from the prey no gap between them is as
-    wide as 180 degrees (it is inside their convex hull, as in most definitions of target enclosing), and on the whole
-    they have closed in: over ``wait`` steps they came nearer by ``approach`` on average.
+    catch them" (III). All of these hold:
+
+    * Three or more predators are at most ``near``.
+    * Seen from the prey, every gap between these predators is narrower than 180 degrees. So the prey is inside their
+      convex hull, as in most definitions of target enclosing.
+    * Over ``wait`` steps, these predators came nearer by ``approach`` on average.
     """
     near = paths.distances <= thresholds.near
     closer = np.where(near, ago(paths.distances, thresholds.wait) - paths.distances, 0).sum(axis=2)
@@ -31,7 +34,9 @@ def encirclement(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def _widest_gap(offsets: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """The widest angle without a near predator, in radians: of offsets ``(n, n_predators, 2)``, float ``(n,)``."""
+    """Return the widest angle without a near predator, in radians, float ``(n,)``, for offsets
+    ``(n, n_predators, 2)``.
+    """
     angles = np.arctan2(offsets[..., 1], offsets[..., 0])
     some = np.take_along_axis(angles, near.argmax(axis=1)[:, None], axis=1)
     angles = np.sort(np.where(near, angles, some), axis=1)

@@ -1,4 +1,4 @@
-"""The numbers in the definitions, with reasons. None is in the paper."""
+"""Thresholds in the definitions of the behaviours, with reasons. The paper gives none of them."""
 
 from __future__ import annotations
 
@@ -7,72 +7,74 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Lengths are in cells, distances Manhattan ones (= steps), windows in steps.
+    """Thresholds of the detectors: distances are Manhattan distances in cells (= steps), windows are in steps.
 
-    They were set by looking at what fires, on evolved and scripted teams on a torus of 100; a claim that hangs on one
-    of them should be looked at with others: ``dataclasses.replace(Thresholds(), near=8)``.
+    The values were chosen by looking at what they detect in evolved and scripted teams on a torus of 100 x 100 cells. A
+    claim that depends on one of them should be checked with other values, for example
+    ``dataclasses.replace(Thresholds(), near=8)``.
     """
 
     near: int = 10
-    """Who is this close matters now: two who run at each other from here meet in five steps."""
+    """Maximum distance of a predator that matters to a prey now: two agents that run at each other meet in 5 steps."""
 
     chase: int = 15
-    """A chase is seen over this many steps. A random walk goes towards the prey on 2 of 5 steps, so that it keeps it up
-    for 14 of 15 only about once in 40,000 windows."""
+    """Length of a chase, in steps. A random walk goes towards the prey in 2 of 5 steps, so it does so in 14 of 15 steps
+    only in about 1 of 40,000 windows."""
 
     slips: int = 1
-    """Steps of a chase that need not go towards the prey: one idle step mends the parity."""
+    """Number of steps of a chase that need not go towards the prey: a predator may idle once to correct the parity."""
 
     post: int = 15
-    """A blocker has kept to its place for this many steps, as long as a chase is."""
+    """Number of steps for which a blocker has kept to its place: the length of a chase."""
 
     area: int = 3
-    """Longest side of a small area, in steps: 4 x 4 cells, room for a beat or a small circle."""
+    """Maximum side of a blocker's area, in steps: 4 x 4 cells, enough to walk to and fro or in a small circle."""
 
     run: int = 6
-    """An agent that goes as many steps in one direction runs; a random walk of four moves does once in 1,000."""
+    """Number of successive steps in one direction that count as a run. A random walk with four moves does this with
+    probability 1/1,000."""
 
     path: int = 10
-    """How far ahead a path is blocked, as :attr:`near`."""
+    """Maximum distance ahead at which a path is blocked, equal to :attr:`near`."""
 
     lane: int = 2
-    """Half the width of a path: who stands 2 cells off it closes it in 2 steps (phase 8 in section VI.B: "a couple of
-    steps away from the straight line path of the prey")."""
+    """Maximum distance of a blocker from the line of a path, which it can then close in 2 steps (phase 8 in section
+    VI.B: "a couple of steps away from the straight line path of the prey")."""
 
     wait: int = 8
-    """A prey that stays in a tiny area this long waits: twice round the smallest circle, or four times there and
+    """Number of steps in a tiny area that count as waiting: twice round the smallest circle, or four times there and
     back."""
 
     pause: int = 2
-    """Longest side of that area, in steps: one that meanders on leaves it."""
+    """Maximum side of that tiny area, in steps: a prey that moves on, even slowly, leaves it."""
 
     converged: int = 6
-    """Who converges on a prey comes this close: three steps before they would meet head-on."""
+    """Maximum distance of a predator that has converged on a prey: three steps before they would meet head-on."""
 
     approach: int = 4
-    """Whoever comes nearer by this much over :attr:`wait` steps approaches: half its steps or more, net."""
+    """Minimum decrease of the distance over :attr:`wait` steps that counts as an approach: half the steps, net."""
 
     escape: int = 10
-    """A dodge is judged this many steps later: who was near could have met the prey twice over."""
+    """Number of steps after which an evasion is judged: twice as long as a near predator needs to meet the prey."""
 
     tail: int = 4
-    """A predator on a prey's tail is at most so far away."""
+    """Maximum distance of a predator on a prey's tail."""
 
     circle: int = 24
-    """The longest way round a small circle, in steps: 6 x 6 cells."""
+    """Maximum length of a small circle, in steps: once round a square of 7 x 7 cells."""
 
     herd: int = 20
-    """Herding is seen over this many steps."""
+    """Number of steps over which herding is detected."""
 
     gathered: int = 10
-    """How much nearer to each other two prey are driven in that time, of the 40 that they could come: 5 each."""
+    """Minimum decrease of the distance between two herded prey: 5 steps each, of the 40 that it could decrease by."""
 
     driven: float = 0.7
-    """The share of that time for which both have a predator behind them."""
+    """Minimum fraction of the steps in which both herded prey have a predator behind them."""
 
     reach: int = 15
-    """How far away a predator may be that drives a prey, or that holds it from one side."""
+    """Maximum distance of a predator that drives a prey, or that keeps it from going to one side."""
 
     together: int = 5
-    """Captures within so many steps are simultaneous: a predator among them could not have caught one and gone for the
-    other, were they farther apart."""
+    """Maximum number of steps between simultaneous captures. In this time a predator cannot catch one prey and then
+    another, unless the two are close together."""

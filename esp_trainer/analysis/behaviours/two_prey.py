@@ -1,4 +1,4 @@
-"""What happens to two prey together (section VI.C)."""
+"""Detectors of behaviours that involve two prey (section VI.C)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,15 @@ from esp_trainer.analysis.behaviours.windows import ago, ahead, cosine, dot, tot
 
 
 def herding(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which two prey have been driven together, bool ``(n_episodes, n_rows)``.
+    """Detect two prey that have been driven together: rows, bool ``(n_episodes, n_rows)``.
 
     The predators "first attempt to herd the prey" and "succeed in herding the prey and capturing them simultaneously"
-    (VI.C). Over ``herd`` steps two free prey came nearer to each other by ``gathered`` or more, to at most ``reach``,
-    and for a share ``driven`` of them each was driven: its nearest predator was at most ``reach`` away, on the
-    side away from the other prey, as a shepherd is (Strombom et al., Solving the shepherding problem, 2014).
+    (VI.C). All of these hold over ``herd`` steps:
+
+    * Two free prey came nearer to each other by ``gathered`` or more, to at most ``reach``.
+    * In a fraction ``driven`` of the steps or more, both prey were driven: the nearest predator of each was at most
+      ``reach`` away, on the side away from the other prey, as a shepherd is (Strombom et al., Solving the shepherding
+      problem, 2014).
     """
     found = np.zeros(paths.valid.shape, bool)
     for one, other, way, apart in _pairs(paths):
@@ -30,7 +33,7 @@ def herding(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def simultaneous_capture(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Whether two prey are caught within ``together`` steps, float ``(n_episodes,)``.
+    """Detect two prey that are caught within ``together`` steps: 1 or 0 per episode, float ``(n_episodes,)``.
 
     "capturing them simultaneously" (VI.C).
     """
@@ -40,14 +43,18 @@ def simultaneous_capture(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def scattering(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Rows at which two prey part before predators that converge on them, bool ``(n_episodes, n_rows)``.
+    """Detect two prey that separate before predators that converge on them: rows, bool ``(n_episodes, n_rows)``.
 
-    "the prey evolve to scatter in different directions just before the predators converge on them" (VI.C). Two free
-    prey are at most ``near`` apart; two or more predators came nearer to the nearer of them by ``approach`` over
-    ``wait`` steps, to at most ``near``. ``escape`` steps later both are free, as much farther apart as one alone could
-    have run, and the ways that they went are at least 90 degrees apart, each half as long as it can be or longer. Nor
-    did they just cross: one of them at least did not go on as before, but turned by 90 degrees or more from where it
-    went in the ``wait`` steps.
+    "the prey evolve to scatter in different directions just before the predators converge on them" (VI.C). All of these
+    hold:
+
+    * Two free prey are at most ``near`` apart.
+    * Two or more predators came nearer to the nearer of the two prey by ``approach`` over ``wait`` steps, to at most
+      ``near``.
+    * ``escape`` steps later both prey are free, and farther apart by ``escape`` or more.
+    * In these steps each prey went at least half as far as it can, in directions at least 90 degrees apart.
+    * At least one of the two turned by 90 degrees or more from its direction in the ``wait`` steps. So they did not
+      merely cross each other's way.
     """
     on = thresholds.escape
     found = np.zeros(paths.valid.shape, bool)
@@ -65,7 +72,7 @@ def scattering(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
 
 def _pairs(paths: Paths) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
-    """Each pair of prey: the two, the way from one to the other, and its length."""
+    """Yield for each pair of prey both indices, the displacement from one to the other, and its length."""
     for one in range(paths.n_prey):
         for other in range(one):
             way = paths.between_prey(one, other)
