@@ -1,1 +1,1 @@
-"""A run, or several, as one HTML page that works offline: the story, charts, and a player of any of its matches."""
+"""Reports: one or several runs as an HTML page that works offline, with a summary, charts, and a match player."""

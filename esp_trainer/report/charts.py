@@ -1,10 +1,10 @@
-"""The charts of a page, as Plotly figures.
+"""The charts of a report, as Plotly figures.
 
-Plotly, because it does what a chart of a run must do without further code: values under the pointer, clicks on
-cells, zoom, curves that the legend switches off, other colours by night, PNGs, phones. Its script comes with its
-package as one file, which stands in the page whole.
+Plotly is used because it provides everything that these charts need without further code: values under the pointer,
+clicks on cells, zoom, curves that the legend switches off, dark colours, PNG export, and phones. Its package contains
+its script as one file, which is embedded whole in the page.
 
-Colours are names of the page's palette, ``@predators`` for example, as it has a light and a dark one.
+Colours are names in the page's palette (for example ``@predators``), because the page has a light and a dark palette.
 """
 
 from __future__ import annotations
@@ -23,20 +23,23 @@ from esp_trainer.report.source import SPREADS
 from esp_trainer.types import ROLES
 
 Figure: TypeAlias = dict[str, Any]
-"""``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
+"""A chart: ``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
 
-_WINDOW = 15  # generations that curves of success are smoothed over
+_WINDOW = 15  # generations over which curves of success are averaged
 _DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
 def charts(runs: Sequence[Measured]) -> list[Figure]:
-    """Every chart that there is something to draw in."""
+    """Return all charts that have data."""
     drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _weights, _timings]
     return [figure for chart in drawn if (figure := chart(runs))["data"]]
 
 
 def matrix(runs: Sequence[Measured]) -> Figure | None:
-    """Who catches whom: the CIAO plot of both sides (Cliff & Miller 1995), for each run."""
+    """Return the fraction of prey caught in each pairing, for each run; None without any cross-play.
+
+    The page draws it as the CIAO plot of both sides (Cliff & Miller 1995).
+    """
     played = [run.own for run in runs if run.own]
     if not played:
         return None
@@ -50,14 +53,14 @@ def matrix(runs: Sequence[Measured]) -> Figure | None:
 
 
 def _rounded(values: np.ndarray) -> list[Any]:
-    """Numbers for JSON, which has no nan."""
+    """Return the values as nested lists of 4 decimals, with None for nan, which JSON lacks."""
     numbers = np.round(values.astype(float), 4).astype(object)
     numbers[np.isnan(values)] = None
     return numbers.tolist()  # type: ignore[no-any-return]
 
 
 def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:
-    """A mean over runs ``(n_runs, n)``, of at least three with its 95% interval as a band behind it."""
+    """Return traces of the mean over runs, ``(n_runs, n)``, preceded by its 95% interval for three runs or more."""
     mean, low, high = interval_of_curves(curves)
     line = {"color": colour, "dash": _DASHES[number % len(_DASHES)], "width": 2}
     curve = {"x": x.tolist(), "y": _rounded(mean), "name": name, "mode": "lines", "line": line, "legendgroup": name}
@@ -79,7 +82,7 @@ def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: in
 
 
 def _axes(y: str, **more: Any) -> dict[str, Any]:
-    """Axes by generation; ``more`` is said of the other one."""
+    """Return a layout with generations on the horizontal axis; ``more`` are options of the vertical axis."""
     return {"xaxis": {"title": {"text": "generation"}}, "yaxis": {"title": {"text": y}, **more}}
 
 
@@ -216,7 +219,7 @@ def _weights(runs: Sequence[Measured]) -> Figure:
 
 
 def _named(traces: list[Any]) -> list[Any]:
-    """The curves of whole subpopulations, beside those of champions."""
+    """Return traces with ", all" added to their names, to tell whole subpopulations from champions."""
     return [
         {**trace, "legendgroup": f"{trace['legendgroup']}, all", "name": f"{trace.get('name', '')}, all"}
         for trace in traces
@@ -224,7 +227,7 @@ def _named(traces: list[Any]) -> list[Any]:
 
 
 def _sizes(champions: np.ndarray) -> np.ndarray:
-    """Mean size of the genes of each champion that a network reads (the others are 0)."""
+    """Return the mean absolute value of each champion's genes, without those that no network reads (which are 0)."""
     genes = np.abs(champions).reshape(len(champions), -1)
     return np.asarray(genes.sum(axis=1) / np.maximum(1, (genes != 0).sum(axis=1)), float)
 

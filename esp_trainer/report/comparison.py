@@ -1,4 +1,4 @@
-"""The page of a comparison: figures by Matplotlib as SVG in one HTML file that holds no script and needs no network.
+"""The page of a comparison: Matplotlib figures as SVG in one HTML file without scripts, which works offline.
 
 Colours are variables of the page's style sheet, which has a light and a dark palette.
 """
@@ -24,8 +24,8 @@ from esp_trainer.analysis.inference import summary
 from esp_trainer.report.comparison_tables import Table
 from esp_trainer.types import ROLES, Role
 
-_WINDOW = 15  # generations that success is smoothed over, as on the page of a run
-_INCHES = 4.0  # so that 9 points can be read on a phone, where a figure is 300 pixels wide
+_WINDOW = 15  # generations over which success is averaged, as on the page of a run
+_INCHES = 4.0  # width at which text of 9 points is readable on a phone, where a figure is 300 pixels wide
 _LEVEL = "Lines: mean over seeds, from three seeds on with its 95% interval. Dots: the last sixth of each seed."
 _PANELS = {
     HELD_OUT: ("Level against held-out opponents", f"Opponents that nobody here trained on. {_LEVEL}"),
@@ -44,23 +44,25 @@ _RESULTS: dict[Role, str] = {"predators": "share of prey caught", "prey": "share
 
 @dataclass(frozen=True)
 class _Measure:
-    """What a chart shows by generation, and the dot plot below it in the end."""
+    """A measure to show: a chart of its curves by generation, and a dot plot of its final value per seed."""
 
     title: str
     axis: str
+    """Label of the axis of the measure's values."""
     curves: Callable[[Condition], tuple[np.ndarray, list[np.ndarray]]] | None
-    """Generations, and a curve for each run; None if only the end is known."""
+    """Function that returns the generations and one curve per run; None for a measure without curves."""
     measure: str
+    """Name of the measure of the dot plot, see :func:`~esp_trainer.analysis.comparison.measures`."""
 
 
 def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]) -> str:
     """Return the page as HTML.
 
     Args:
-        title: What is compared.
-        conditions: In the order of their colours.
-        tables: To stand below the figures.
-        notes: What else the reader must know.
+        title: Title of the page.
+        conditions: Conditions in the order of their colours.
+        tables: Tables to show below the figures.
+        notes: Notes for the reader.
     """
     place = files(__package__) / "assets"
     n_runs = sum(len(condition.runs) for condition in conditions)
@@ -88,7 +90,7 @@ def _told() -> list[tuple[str, str, list[_Measure]]]:
 
 
 def _sections(conditions: Sequence[Condition]) -> list[str]:
-    """Return a section of figures for each measure that is known of any condition."""
+    """Return the sections, with figures for each measure that has a value in any condition."""
     sections = []
     for title, words, measures in _told():
         known = [each for each in measures if any(len(condition.known(each.measure)) for condition in conditions)]
@@ -135,7 +137,7 @@ def _figures(measure: _Measure, conditions: Sequence[Condition], title: str) -> 
 
 
 def _dots(axes: Axes, measure: _Measure, conditions: Sequence[Condition]) -> None:
-    """Draw a row for each condition: a dot for each seed and a bar at their mean, below the name."""
+    """Draw a row for each condition: its name, and below it a dot per seed and a bar at their mean."""
     for row, condition in enumerate(conditions):
         values, colour = condition.known(measure.measure), plots.COLOURS[row % len(plots.COLOURS)]
         axes.plot(values, np.full(len(values), row), "o", color=colour, alpha=0.75, markersize=5)
@@ -150,7 +152,7 @@ def _dots(axes: Axes, measure: _Measure, conditions: Sequence[Condition]) -> Non
 
 
 def _swatch(number: int) -> str:
-    """Return a piece of a condition's curve, for the legend."""
+    """Return a short piece of a condition's curve for the legend."""
     figure, (axes,) = plots.panels(1, width=0.5, height=0.2)
     axes.plot([0, 1], [0, 0], color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.dash_of(number), lw=2)
     axes.axis("off")
@@ -158,7 +160,7 @@ def _swatch(number: int) -> str:
 
 
 def _svg(figure: Figure, name: str, words: str) -> str:
-    """Return a figure with what is read out of it in words; one that says nothing is passed over."""
+    """Return a figure as SVG with ``words`` as its description for screen readers; hide it from them if it has none."""
     said = f'role="img" aria-label="{escape(words)}"' if words else 'aria-hidden="true"'
     svg = plots.as_svg(figure, name).replace("<svg", f"<svg {said}", 1)
     for number, colour in enumerate(plots.COLOURS):

@@ -1,4 +1,4 @@
-"""What conditions come to, as tables that stand on a terminal as well as on a page, and what must be said of them."""
+"""Tables of the results of conditions, for the terminal and the page, and the notes that go with them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WIDTH = 120
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text below their heads. The first column holds names, which may be long."""
+    """A table of text. The first column holds names, which may be long."""
 
     heads: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
@@ -30,7 +30,11 @@ class Table:
 
 
 def shown(conditions: Sequence[Condition], role: Role) -> list[str]:
-    """Return the main measures of a side: of none if it evolved nowhere, against scripts if there is nobody else."""
+    """Return the names of a side's main measures; none if the side did not evolve in any condition.
+
+    They are level and late progress against held-out opponents, or against scripts if there are no held-out opponents,
+    and the level against scripts if there are both.
+    """
     known = [panel for panel in (HELD_OUT, SCRIPTED) if _is_known(conditions, name_of(role, panel, "level"))]
     if not known:
         return []
@@ -43,7 +47,7 @@ def _is_known(conditions: Sequence[Condition], measure: str) -> bool:
 
 
 def tables(conditions: Sequence[Condition], baseline: Condition) -> list[Table]:
-    """Return the means of each side, and what every other condition differs in from the baseline."""
+    """Return a table of means for each side, and a table of differences from the baseline for each other condition."""
     names = {role: shown(conditions, role) for role in ROLES}
     found = [_means(conditions, role, measures) for role, measures in names.items() if measures]
     compared = contrasts(conditions, baseline, [name for measures in names.values() for name in measures])
@@ -80,7 +84,7 @@ def _differences(found: Sequence[Contrast], condition: Condition, baseline: Cond
 
 
 def on_terminal(table: Table) -> list[str]:
-    """Return a table as lines of at most 120 columns. A name that is too long for its column stands above its row."""
+    """Return a table as lines of at most 120 columns. A name too long for its column is printed above its row."""
     columns = [max(len(cell) for cell in column) + 3 for column in zip(*table.rows, table.heads, strict=True)][1:]
     room = _WIDTH - sum(columns)
     width = min(room, max(len(row[0]) for row in [table.heads, *table.rows]))
@@ -93,7 +97,7 @@ def on_terminal(table: Table) -> list[str]:
 
 
 def notes_on(conditions: Sequence[Condition], baseline: Condition) -> list[str]:
-    """Return what a reader must know of the tables: which panel is missing, and what so few seeds cannot say."""
+    """Return notes on the tables: missing held-out opponents, different lengths, and too few seeds for tests."""
     found = []
     if not any(_is_known(conditions, name_of(role, HELD_OUT, "level")) for role in ROLES):
         found.append(
@@ -112,10 +116,11 @@ def notes_on(conditions: Sequence[Condition], baseline: Condition) -> list[str]:
 
 
 def _powerless(conditions: Sequence[Condition], baseline: Condition) -> Iterable[str]:
-    """Yield a note if no difference could have been found: all seeds of one above all of the other are not enough."""
+    """Yield a note if there are too few seeds for any difference to be significant after the correction."""
     n = len(baseline.runs)
     tested = [len(each.runs) for each in conditions if each is not baseline and min(len(each.runs), n) >= MIN_SEEDS]
     n_measures = sum(len(shown(conditions, role)) for role in ROLES)
+    # p is smallest if all seeds of one condition lie above all of the other: 2 of comb(m + n, n) orders do.
     least = min((2 / comb(m + n, n) for m in tested), default=0.0) * len(tested) * n_measures
     if least > 0.05:
         yield (

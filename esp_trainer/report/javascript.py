@@ -1,13 +1,14 @@
-"""Rules as JavaScript: what is compiled for the trainer, translated for the page from the same source.
+"""Translation of the rules to JavaScript, from the source that is compiled for the trainer.
 
-Rules are written in a small part of Python (see :mod:`predprey_env.lanes`), so a small translator does. The page's
-worlds, scripts and networks are thereby the trainer's own, on every setting, and cannot drift from them. What
-JavaScript has no sign for (``fma`` and the like) is in ``assets/floats.js``.
+The rules use a small subset of Python (see :mod:`predprey_env.lanes`), so a small translator suffices. The page
+therefore runs the same worlds, scripts and networks as the trainer, with all settings, and the two cannot drift apart.
+Operations that JavaScript lacks (such as ``fma``) are in ``assets/floats.js``.
 
-Numbers in JavaScript are 64-bit floats, so each result of arithmetic is rounded to 32 bits; a sum, product or quotient
-of 32-bit floats that is rounded twice is the same as one rounded once (Figueroa, When is double rounding innocuous?,
-1995). Rounding leaves integers below 2**24 alone; only random choices need larger ones (:mod:`~predprey_env.policies.
-chance`), and their products are taken modulo 2**32, as all that is kept of them is the low 31 bits.
+Numbers in JavaScript are 64-bit floats, so each result of arithmetic is rounded to 32 bits. For a sum, product or
+quotient of 32-bit floats, this second rounding gives the same result as a single one (Figueroa, When is double rounding
+innocuous?, 1995). Rounding does not change integers below 2**24. Only random choices need larger integers
+(:mod:`~predprey_env.policies.chance`). Their products are taken modulo 2**32, which is enough because only their low 31
+bits are used.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from predprey_env import floats
 from predprey_env.policies import chance
 
 GIVEN = ("fma", "power_of_two", "as_float", "as_integer", "zeros", "add_products")
-"""Functions of :mod:`predprey_env.floats` that are written by hand for JavaScript."""
+"""Functions of :mod:`predprey_env.floats` that are written by hand in JavaScript."""
 
 _SIGNS: dict[type[ast.AST], str] = {
     ast.Add: "+",
@@ -47,13 +48,14 @@ _SIGNS: dict[type[ast.AST], str] = {
     ast.Not: "!",
     ast.USub: "-",
 }
-_ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)
+_ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)  # operations whose results are rounded to 32 bits
 
 
 def translate(*rules: Callable[..., Any]) -> str:
-    """JavaScript functions for some rules and all that they call, each under its own name.
+    """Translate rules, and all rules that they call, to JavaScript functions of the same names.
 
-    Raises :class:`ValueError` for what is not in the part of Python that rules are written in.
+    Raises:
+        ValueError: A rule is outside the subset of Python that rules are written in, or two rules have the same name.
     """
     pending = [_source_of(rule) for rule in rules]
     found: dict[str, Callable[..., Any]] = {}
@@ -73,12 +75,12 @@ def translate(*rules: Callable[..., Any]) -> str:
 
 
 def _source_of(rule: Any) -> Callable[..., Any]:
-    """The Python function of a compiled one."""
+    """Return the Python function of a compiled rule, or the rule itself if it is not compiled."""
     return getattr(rule, "py_func", rule)  # type: ignore[no-any-return]
 
 
 class _Translation:
-    """One function; ``text`` is its JavaScript, ``called`` are the rules that it needs."""
+    """The translation of a function: ``text`` is its JavaScript, ``called`` the rules that it calls."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.called: list[Callable[..., Any]] = []
@@ -116,7 +118,7 @@ class _Translation:
                 return [f"{self._target(target)} = {self._value(value)};"]
             case ast.AnnAssign(target, _, ast.expr() as value):
                 return [f"{self._target(target)} = {self._value(value)};"]
-            case ast.AugAssign(target, operator, value):  # in rules, of counters alone
+            case ast.AugAssign(target, operator, value):  # rules use this for counters only, so nothing is rounded
                 return [f"{self._target(target)} {_SIGNS[type(operator)]}= {self._plain(value)};"]
             case ast.If(test, body, orelse):
                 lines = [f"if ({self._value(test)}) {{", *self._block(body)]
@@ -166,7 +168,7 @@ class _Translation:
         raise self._cannot(node)
 
     def _plain(self, node: ast.expr) -> str:
-        """A number that counts, without the rounding."""
+        """Translate arithmetic on indices and counters, which needs no rounding."""
         if isinstance(node, ast.BinOp) and isinstance(node.op, _ROUNDED) and self._constant(node) is None:
             return f"({self._plain(node.left)} {_SIGNS[type(node.op)]} {self._plain(node.right)})"
         return self._value(node)
@@ -178,6 +180,7 @@ class _Translation:
         plain = f"{left} {_SIGNS[type(node.op)]} {right}"
         if not isinstance(node.op, _ROUNDED):
             return f"({plain})"
+        # Random choices need integers above 2**24, which rounding to 32-bit floats would change.
         if self._of_integers and not self._is_float(node.left):
             return f"Math.imul({left}, {right})" if isinstance(node.op, ast.Mult) else f"({plain})"
         return f"Math.fround({plain})"
@@ -203,7 +206,7 @@ class _Translation:
         raise self._cannot(function)
 
     def _global(self, name: str) -> str:
-        """What a module knows by a name: a rule, or one of the functions that are given."""
+        """Return the JavaScript name of a global of the rule's module: another rule, or a function in ``GIVEN``."""
         known = self._known.get(name)
         if name in GIVEN and known is getattr(floats, name):
             return name
@@ -213,7 +216,7 @@ class _Translation:
         return _source_of(known).__name__
 
     def _constant(self, node: ast.expr) -> str | None:
-        """A number that can be told now: a literal, a constant of the module, or what is made of these."""
+        """Return the number that an expression of literals and module constants evaluates to; None if it is another."""
         known: dict[str, Any] = {}
         for part in ast.walk(node):
             if isinstance(part, ast.Name):

@@ -1,4 +1,4 @@
-"""What the page needs to play matches by itself: the world, the teams, the starts, and the rules as JavaScript."""
+"""Data with which the page plays matches by itself: the world, the teams, and the rules as JavaScript."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
 
 _USED = ("move", "seed_of", "first_memory", "is_over", "add_votes", "observe", "move_prey", "capture", "fma")
-"""What the page calls by name: how a match begins, goes on and ends, and what its panel of networks shows."""
+"""Functions that the page calls by name: to start, advance and end a match, and to show the networks of an agent."""
 
 
 def rules_in_javascript(floats: str) -> str:
-    """All that a match is played by, in a scope of its own: the page may have other things of the same names.
+    """Return the rules of a match as JavaScript, in a scope of their own, as the page may use the same names.
 
     Args:
-        floats: What the rules need of floating point, as JavaScript.
+        floats: JavaScript of the floating-point functions that the rules need.
     """
     rules = translate(move, seed_of, first_memory, is_over)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 
 def world(env: EnvConfig) -> dict[str, Any]:
-    """A world as the page's ``Game`` and detectors read it."""
+    """Return a world in the form that the page's ``Game`` and detectors read."""
     return {
         "env": env.model_dump(),
         "rules": env.rules._asdict(),
@@ -51,7 +51,10 @@ def world(env: EnvConfig) -> dict[str, Any]:
 
 
 def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, Any]:
-    """The champions of one side in some generations, their genes as base64 of little-endian float32; or its script."""
+    """Return the champions of a side in some generations, or its script.
+
+    Genes are base64 of little-endian float32.
+    """
     settings, env = side_config(history.config, role), history.config.env
     if role not in history.champions:
         script = ScriptedTeam.of(settings.policy, role, env).compiled(role, env, 0)
@@ -65,7 +68,7 @@ def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, An
 
 
 def controller(networks: Controller) -> dict[str, Any]:
-    """A controller as the translated forward pass reads it."""
+    """Return a controller in the form that the translated forward pass reads."""
     plain = {
         **networks._asdict(),
         "blank": [0] * len(networks.blank),
@@ -76,5 +79,5 @@ def controller(networks: Controller) -> dict[str, Any]:
 
 
 def both(history: History, generations: np.ndarray) -> dict[Role, Any]:
-    """Both sides of a run."""
+    """Return the :func:`teams` of both sides of a run."""
     return {role: teams(history, role, generations) for role in ROLES}

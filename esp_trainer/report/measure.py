@@ -1,4 +1,4 @@
-"""What a page says, measured: who catches whom, progress, phases, behaviours, and the moments worth seeing."""
+"""Measurements for a report: cross-play, progress, phases, behaviours, and the best moments of each behaviour."""
 
 from __future__ import annotations
 
@@ -22,57 +22,63 @@ from esp_trainer.report.source import Source
 from esp_trainer.seeding import stream
 
 SHOWN = tuple(name for name, detector in BEHAVIOURS.items() if detector.of_interaction)
-"""The behaviours that a page is about: those between predators and prey."""
+"""Behaviours that a report covers: those between predators and prey."""
 
 SEEN = 0.01
-"""Share of the episodes beyond chance from which on a behaviour is said to have appeared."""
+"""Minimum rate beyond chance, as a fraction of the episodes, at which a behaviour is reported as having appeared."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How much is played."""
+    """Numbers of generations and episodes to play."""
 
     generations: int = 46
-    """Of each side, that meet each other."""
+    """Number of generations of each side in the cross-play."""
     episodes: int = 64
-    """Of each such meeting."""
+    """Number of episodes per pair of the cross-play."""
     watched: int = 24
-    """Generations whose contemporaries are watched for behaviours; of each of several runs half as many."""
+    """Number of generations in which behaviours are detected; half as many per run if there are several runs."""
 
 
 @dataclass(frozen=True)
 class Watched:
-    """What the champions of some generations did to each other."""
+    """Behaviours in episodes between contemporary champions of some generations."""
 
     generations: np.ndarray
-    """int ``(n,)``."""
+    """Watched generations, int ``(n,)``."""
     rates: dict[str, list[BehaviourRate]]
-    """Of each behaviour in each generation."""
+    """Rate of each behaviour in each generation."""
     moments: list[dict[str, Moment]]
-    """In each generation the best of each behaviour that was seen."""
+    """Best moment of each behaviour that was seen, for each generation."""
 
     def excess(self, name: str) -> np.ndarray:
-        """How often a behaviour was seen beyond chance, float ``(n,)``; nan where it cannot be asked for."""
+        """Return the rate of a behaviour beyond chance in each generation, float ``(n,)``; nan where it is unknown."""
         return np.array([rate.excess for rate in self.rates[name]])
 
 
 def appeared(watched: Sequence[Watched], name: str) -> bool:
-    """Whether a behaviour is seen beyond chance on the whole, not just in a lucky generation."""
+    """Return whether a behaviour is seen beyond chance in the mean over all generations and runs."""
     return bool(watched) and float(np.nanmean([each.excess(name) for each in watched])) >= SEEN
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A run, measured. What needs champions is None without them, what needs two evolving sides with a script."""
+    """Measurements of a run.
+
+    Without champions, the measurements that need them are None. With a scripted side, the measures of progress are.
+    """
 
     source: Source
     own: CrossPlay | None = None
+    """Cross-play between the run's generations."""
     progress: Sides[Progress] | None = None
+    """Progress against the opponents of the same run."""
     met_others: Sides[Progress] | None = None
-    """Against the champions of the other runs of the page."""
+    """Progress against the champions of the other runs in the report; None without other runs."""
     phases: tuple[Phase, ...] = ()
-    """Of the success of champions against contemporaries; none where the run is too short to tell."""
+    """Phases of the fraction of prey caught, champion against champion; empty if the run is too short."""
     alternation: Alternation | None = None
+    """Alternation of success between the sides; None if the run is too short."""
     watched: Watched | None = None
 
 
@@ -80,9 +86,9 @@ def measure(sources: Sequence[Source], settings: Settings, say: Callable[[str], 
     """Measure every run by itself, and against the others.
 
     Args:
-        sources: Runs of one world and one length.
-        settings: How much is played.
-        say: Told what is being done.
+        sources: Runs of the same world and length.
+        settings: Numbers of generations and episodes to play.
+        say: Function called with a line about what is being done.
     """
     evaluator = FusedEvaluator(sources[0].config.env)
     measured = []

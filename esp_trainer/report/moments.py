@@ -1,6 +1,6 @@
-"""Which matches a page begins with: of each phase, and of each behaviour, the moment that shows it best.
+"""Moments to show in a report: for each phase and each behaviour, the moment that shows it best.
 
-Figures 4 and 6 of the paper show such moments, chosen by eye; here the detectors choose.
+Figures 4 and 6 of the paper show such moments, chosen by eye; here the detectors choose them.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from esp_trainer.report.measure import SEEN, SHOWN, Measured, Watched
 
 
 def of_phases(runs: Sequence[Measured]) -> list[dict[str, Any]]:
-    """For each phase, if there are several, the behaviour that sets it apart from the rest of its run; of several runs,
-    for those of the first that has any.
+    """Return a moment for each phase, of the behaviour that sets the phase apart from the rest of its run.
+
+    They are the phases of the first run that has more than one phase.
     """
     for number, run in enumerate(runs):
         if run.watched and len(run.phases) > 1:
@@ -51,7 +52,7 @@ def _of_phase(number: int, watched: Watched, i: int, phase: Phase) -> dict[str, 
 
 
 def of_behaviours(runs: Sequence[Measured]) -> list[dict[str, Any]]:
-    """Of each behaviour that was seen the moment from the run and generation in which it is seen most."""
+    """Return a moment of each behaviour that was seen, from the run and generation with its highest rate."""
     found = []
     for name in SHOWN:
         seen = [
@@ -73,14 +74,14 @@ def of_behaviours(runs: Sequence[Measured]) -> list[dict[str, Any]]:
 
 
 def never_seen(runs: Sequence[Measured]) -> list[str]:
-    """The behaviours that could be asked for, and that no champion ever showed."""
+    """Return the behaviours that are defined for the teams but were never seen."""
     watched = [run.watched for run in runs if run.watched]
     asked = [name for name in SHOWN if watched and not np.isnan(watched[0].excess(name)).all()]
     return [name for name in asked if not any(name in moments for each in watched for moments in each.moments)]
 
 
 def _moment(number: int, watched: Watched, at: int, name: str) -> dict[str, Any]:
-    """A moment as the player reads it."""
+    """Return a moment in the form that the page's player reads."""
     moment = watched.moments[at][name]
     return {
         "run": number,

@@ -1,4 +1,4 @@
-"""The page: what was measured, the teams, and the scripts that show them, in one file."""
+"""The page of a report: measurements, teams, and the scripts that show them, in one HTML file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from esp_trainer.seeding import stream
 from predprey_env.settings import flat
 
 _SCRIPTS = ("teams", "game", "behaviours", "painter", "timeline", "thoughts", "player", "charts", "main")
-_GENES = 2**22  # bytes of champions that a page holds: of more, those of some generations
+_GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations
 
 
 def write_page(
@@ -36,11 +36,11 @@ def write_page(
     """Measure runs, and write their page.
 
     Args:
-        sources: Of one world and one length.
-        out: The file.
-        settings: How much is played.
-        say: Told what is being done.
-        notes: What else the reader must know.
+        sources: Runs of the same world and length.
+        out: File to write.
+        settings: Numbers of generations and episodes to play.
+        say: Function called with a line about what is being done.
+        notes: Notes for the reader.
     """
     runs = measure(sources, settings, say)
     say("writing the page ...")
@@ -48,7 +48,7 @@ def write_page(
 
 
 def page(runs: Sequence[Measured], notes: Sequence[str] = ()) -> str:
-    """The page of some runs as HTML."""
+    """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
     lines = story(runs)
     data = {
@@ -85,7 +85,7 @@ def _script(name: str) -> str:
 
 
 def _json(data: Any) -> str:
-    """JSON that ends no script, whatever the names in it."""
+    """Return data as JSON for a script element, with "<" escaped so that no text in it can end the element."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
@@ -124,7 +124,7 @@ def _names(names: list[str], sources: Sequence[Source]) -> str:
 
 
 def _teams(runs: Sequence[Measured]) -> list[dict[str, Any]]:
-    """Both sides of each run: champions of all generations if there is room, else of those that were measured."""
+    """Return the teams of each run: champions of all kept generations if they fit, else of the measured ones."""
     histories = [run.source.history for run in runs]
     size = sum(array.nbytes for history in histories if history for array in history.champions.values())
     return [
@@ -144,7 +144,7 @@ def _kept(run: Measured, history: History, *, whole: bool) -> np.ndarray:
 
 
 def _starts(runs: Sequence[Measured]) -> list[Any]:
-    """Those of the cross-play, so that a cell of the matrix is a mean over just these."""
+    """Return the starts of the cross-play, so that the matches behind each cell of the matrix can be played."""
     played = [run.own for run in runs if run.own]
     if not played:
         return []
@@ -153,7 +153,7 @@ def _starts(runs: Sequence[Measured]) -> list[Any]:
 
 
 def _config(config: RunConfig) -> str:
-    """Every field, those that differ from the preset marked."""
+    """Return all fields of a config as HTML, with those that differ from the preset marked."""
     usual = flat(preset(config.preset).model_dump()) if config.preset in PRESETS else None
     rows = []
     for name, value in flat(config.model_dump()).items():

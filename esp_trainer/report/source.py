@@ -1,4 +1,4 @@
-"""What a run directory holds that can be shown, and what is missing from it."""
+"""Reading of a run directory for a report: everything that can be shown, and notes on what is missing."""
 
 from __future__ import annotations
 
@@ -27,31 +27,31 @@ SPREADS = ("diversity", "scale", "signal", "ties")
 
 @dataclass(frozen=True)
 class Source:
-    """A run as far as it is whole."""
+    """The readable part of a run."""
 
     name: str
     path: Path
     config: RunConfig
     done: int
-    """Generations that it had, whole or damaged."""
+    """Number of generations of the run, including those that are damaged."""
     history: History | None
-    """Champions and curves of the same generations; None where there is no champion, and nothing can be played. Where
-    the log is lost its curves are nan."""
+    """Champions and curves of the same generations. None without champions, when nothing can be played. The curves are
+    nan if the log is lost."""
     curves: dict[str, np.ndarray]
-    """As :attr:`History.curves`; empty where the log is lost."""
+    """Curves, see :attr:`History.curves`; empty if the log is lost."""
     spreads: dict[Role, np.ndarray]
-    """Statistics of each evolving side's subpopulations, ``(n_generations, 4)``, with columns :data:`SPREADS`; nan
-    where the log does not tell, and empty if it tells nothing."""
+    """Statistics of each evolving side's subpopulations, ``(n_generations, 4)``, with columns :data:`SPREADS`. nan for
+    statistics that the log lacks, and empty if it has none."""
     seconds: dict[str, np.ndarray]
-    """Wall time of each generation by phase, ``(n_generations,)``; empty if not logged."""
+    """Wall time of each generation by phase, in seconds, ``(n_generations,)``; empty if not logged."""
     missing: tuple[str, ...]
-    """What could not be read, and why."""
+    """Notes on everything that could not be read, with reasons."""
 
     def __len__(self) -> int:
         return len(self.history) if self.history else len(self.curves["caught"])
 
     def first(self, n: int) -> Source:
-        """Its first generations alone."""
+        """Return the first ``n`` generations."""
         curves = {name: curve[:n] for name, curve in self.curves.items()}
         history = self.history and self.history.first(n)
         spreads = {role: values[:n] for role, values in self.spreads.items()}
@@ -60,7 +60,7 @@ class Source:
 
 
 def cut(sources: Sequence[Source]) -> list[Source]:
-    """The first generations of each run, as many as all have, as :func:`~.pooling.cut_to_shortest` cuts."""
+    """Return the runs cut to the length of the shortest, see :func:`~.pooling.cut_to_shortest`."""
     n = min(map(len, sources))
     shorter = [source.first(n) for source in sources]
     histories = [source.history for source in shorter if source.history]
@@ -69,10 +69,12 @@ def cut(sources: Sequence[Source]) -> list[Source]:
 
 
 def read(path: Path) -> Source:
-    """Read a run that is over, in progress or damaged.
+    """Read a run that is finished, in progress or damaged.
 
-    Raises :class:`FileNotFoundError` where there is no run, :class:`DamagedFileError` if its config cannot be read, and
-    :class:`ValueError` if it has no generation yet.
+    Raises:
+        FileNotFoundError: There is no run.
+        DamagedFileError: The config cannot be read.
+        ValueError: The run has no generation yet.
     """
     directory = RunDirectory(path)
     config = directory.read_config()
@@ -100,7 +102,7 @@ def read(path: Path) -> Source:
 
 
 def _lines(log: Path, missing: list[str]) -> list[dict[str, Any]]:
-    """The lines of the log up to the first that is damaged."""
+    """Return the records of the log up to the first damaged line."""
     if not log.exists():
         missing.append(f"There is no {log.name}: no curves of success.")
     found = records(log)
@@ -118,15 +120,16 @@ def _lines(log: Path, missing: list[str]) -> list[dict[str, Any]]:
 def _champions(
     directory: RunDirectory, config: RunConfig, missing: list[str]
 ) -> tuple[dict[Role, np.ndarray], np.ndarray]:
-    """Those of the checkpoint, or if that cannot be read those that have files, up to one that is not whole; and their
-    generations.
+    """Return the champions of each evolving side, and their generations, int ``(n_kept,)``.
+
+    They are read from the checkpoint, or if that fails from the champions' own files, up to the first damaged file.
     """
     try:
         sides, done = load_checkpoint(directory.checkpoint_file, config)
         found = {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
         return found, kept_generations(done, config.esp.hof_size)
     except FileNotFoundError:
-        pass  # a run that has just begun
+        pass  # the run has just begun, so this is not worth a note
     except ValueError as error:
         missing.append(f"{error}: the champions' own files are read instead.")
     genomes: dict[Role, dict[int, np.ndarray]] = {}
@@ -140,7 +143,7 @@ def _champions(
 
 
 def _whole(directory: RunDirectory, role: Role, missing: list[str]) -> dict[int, np.ndarray]:
-    """Generation -> its champion of one side, from the champions' own files up to one that is damaged."""
+    """Return the champion of each generation of one side, from the champions' files up to the first damaged one."""
     genomes: dict[int, np.ndarray] = {}
     for generation in directory.champion_generations(role):
         try:
@@ -155,7 +158,7 @@ def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.n
     try:
         roles: list[Role] = list(lines[0]["subpopulations"]) if lines else []
         told = {role: [line["subpopulations"][role] for line in lines] for role in roles}
-        # Older logs do not say how much signal selection had.
+        # Older logs have no signal of selection.
         return {role: np.array([[line.get(name) for name in SPREADS] for line in told[role]], float) for role in roles}
     except (KeyError, TypeError, ValueError):
         missing.append(
@@ -165,8 +168,10 @@ def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.n
 
 
 def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, np.ndarray]:
-    """By phase. A kill may cost a generation its line, the last one comes after its line in the other log: what is not
-    there is drawn between its neighbours.
+    """Return the wall time of each generation by phase, in seconds. Missing generations are interpolated.
+
+    A generation is missing if the process was killed before its line was written, or if it is the latest one of a run
+    in progress, whose timing is written after its line in the metrics.
     """
     try:
         lines = {line["generation"]: line for line in map(json.loads, whole_lines(log)) if line["generation"] < n}

@@ -1,4 +1,4 @@
-"""The story of a page in five lines, each with its figures."""
+"""The summary at the top of a report, in up to five sentences with numbers."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from esp_trainer.report.measure import SHOWN, Measured, appeared
 from esp_trainer.types import ROLES, Role
 
 NOTABLE = 0.02
-"""Share of the prey: a side that gains no more in a run is not said to have become better. Over at least three runs the
-interval decides."""
+"""Minimum gain, as a fraction of the prey, at which a side is said to have become better in one or two runs. With three
+or more runs the interval decides."""
 
 
 def story(runs: Sequence[Measured]) -> list[str]:
-    """Did both sides progress, how strongly, does it go in circles, when did phases change, which behaviours came."""
+    """Return lines about progress, results against other opponents, cycles, phases, and behaviours of the runs."""
     lines = [_progress(runs), _met_others(runs) or _corners(runs), _circles(runs), _phases(runs), _behaviours(runs)]
     return [line for line in lines if line]
 
@@ -51,7 +51,11 @@ def _gains(both: Sequence[Sides[Progress]]) -> str:
 
 
 def _verdict(strengths: dict[Role, list[float]]) -> str:
-    """Who became better: in a single run, in both of two, or over more as far as their interval can show it."""
+    """Say which sides became better.
+
+    With one or two runs, a side became better if it gained more than :data:`NOTABLE` in each. With more, it did if the
+    interval of its gain lies above 0.
+    """
     n = len(strengths["prey"])
     better = [
         role
@@ -74,7 +78,7 @@ def _verdict(strengths: dict[Role, list[float]]) -> str:
 
 
 def _figure(values: list[float], sign: str = "") -> str:
-    """A mean over runs, of at least three with its interval."""
+    """Return a mean over runs as text, with its interval for three runs or more."""
     if len(values) < MIN_SEEDS:
         return f"{np.mean(values):{sign}z.2f}"
     estimate = over_seeds(values)
@@ -82,7 +86,7 @@ def _figure(values: list[float], sign: str = "") -> str:
 
 
 def _without_progress(runs: Sequence[Measured]) -> str:
-    """What there is to say where no two sides evolved, or not long enough."""
+    """Return the line for runs in which only one side evolved, or that are too short to measure progress."""
     curves = [run.own.caught.ravel() for run in runs if run.own]
     if not curves:
         return "No champion could be read, so nothing can be said of progress."
