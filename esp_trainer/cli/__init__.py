@@ -1,4 +1,4 @@
-"""``esp-trainer``: the trainer on the command line."""
+"""``esp-trainer``: the command line of the trainer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from predprey_env.config import EnvConfig
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command; a user's mistake is one line on standard error and a non-zero exit."""
+    """Run a command and return its exit status. A user's mistake gives one line on standard error and status 1."""
     with standard_streams():
         return _outcome(sys.argv[1:] if arguments is None else arguments)
 
@@ -39,7 +39,8 @@ def _outcome(arguments: list[str]) -> int:
     except OSError as error:
         let_go(sys.stdout)
         return _fail(in_words(error))
-    except (ValueError, ArithmeticError, DependencyNotInstalled, Warning) as error:  # one that PYTHONWARNINGS forbids
+    # A Warning is raised only if PYTHONWARNINGS turns warnings into errors.
+    except (ValueError, ArithmeticError, DependencyNotInstalled, Warning) as error:
         return _fail(str(error))
 
 
@@ -51,7 +52,8 @@ def _fail(line: str) -> int:
 def _run(arguments: list[str]) -> int:
     parser = make_parser()
     fields: list[str] = []
-    if arguments[:1] == ["train"]:  # its fields first, or --seed 3 smoke would train the preset 3
+    if arguments[:1] == ["train"]:
+        # First split off the options that set fields: argparse would take the 3 of "--seed 3 smoke" for the preset.
         fields, arguments = split(arguments)
     options, unknown = parser.parse_known_args(arguments)
     if unknown and options.command != "train":
@@ -64,7 +66,7 @@ def _dispatch(options: argparse.Namespace, fields: list[str]) -> int:
     if options.command in ("train", "resume"):
         return _train(options, fields)
     if options.command == "sweep":
-        from esp_trainer.cli.sweep import sweep  # as below
+        from esp_trainer.cli.sweep import sweep  # imported here because it imports slow packages
 
         return sweep(options.file, options.out, options.workers, options.address, quiet=options.quiet)
     if options.command == "evaluate":
@@ -92,7 +94,7 @@ def _train(options: argparse.Namespace, fields: list[str]) -> int:
 
 
 def _analyse(options: argparse.Namespace) -> int:
-    """What needs SciPy and Matplotlib, which take a second to import."""
+    """Run a command of the analysis. Its modules are imported here, as SciPy and Matplotlib take a second to import."""
     from esp_trainer.cli import analysis, behaviours, benchmark, compare, exact, report, watch
     from esp_trainer.report.measure import Settings
 

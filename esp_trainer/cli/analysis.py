@@ -1,4 +1,4 @@
-"""``analyse``: whether runs show an arms race, on the terminal and as figures."""
+"""``analyse``: measures of an arms race for runs, on the terminal and as figures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from esp_trainer.types import Role
 
 
 def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | None) -> int:
-    """Print whether both sides progressed, against their own opponents and, of several runs, against the others'."""
+    """Print the progress of both sides against the opponents of their run and, with several runs, of the other runs."""
     histories = read_runs(runs)
     sampled = len(histories[0].sample(generations))
     if sampled < 3:
@@ -128,7 +128,7 @@ def _draw(place: Path, name: str, history: History, own: CrossPlay) -> None:
 
 
 def read_runs(runs: list[Path]) -> list[History]:
-    """What the directories hold, as far as all go; :class:`ValueError` for runs that cannot be measured together."""
+    """Read runs, cut to their common generations; raise :class:`ValueError` if they cannot be measured together."""
     check_directories(runs)
     histories = [History.of_run(run) for run in runs]
     check_same_config([(run, history.config) for run, history in zip(runs, histories, strict=True)])
@@ -139,5 +139,5 @@ def read_runs(runs: list[Path]) -> list[History]:
 
 
 def say(line: str) -> None:
-    """To standard error, as what is printed may go to a file."""
+    """Print a line to standard error, because standard output may be redirected to a file."""
     print(line, file=sys.stderr, flush=True)

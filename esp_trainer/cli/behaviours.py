@@ -1,4 +1,4 @@
-"""``behaviours``: what champions do, on the terminal."""
+"""``behaviours``: rates of the champions' behaviours, on the terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COLUMNS = 7  # generations that fit on a terminal
 
 
 def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | None) -> int:
-    """Print how often each behaviour is seen, beyond chance, by generation; of several runs the mean."""
+    """Print the rate of each behaviour beyond chance by generation; with several runs the mean."""
     if table:
         check_place(table)
     histories = read_runs(runs)

@@ -22,33 +22,35 @@ from esp_trainer.types import PolicyError, Role
 
 @dataclass(frozen=True)
 class Settings:
-    """What is played."""
+    """Settings of a benchmark: side, task, episodes per opponent, and seed."""
 
     role: Role
     task: str
     episodes: int
     seed: int
     drawn: bool = False
+    """If true, ``sb3:`` and ``torch:`` policies sample actions from their probabilities, else take the most likely."""
 
 
 def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None, leaderboard: Path | None) -> int:
-    """Play the gauntlet, print the table, and keep it; what was played is kept also where a policy fails midway."""
-    if leaderboard:  # better now than after all the playing
+    """Play the gauntlet, then print and save the table. If a policy fails midway, the results so far are saved."""
+    # Files are checked before the gauntlet, which takes long, rather than after it.
+    if leaderboard:
         read(leaderboard)
         check_place(leaderboard)
     env = TASKS[settings.task]
     candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
     tell_about(candidate)
     place = out or Path("benchmarks") / re.sub(r"[^\w.-]+", "-", f"{name}-{settings.role}-{settings.task}")
-    place.mkdir(parents=True, exist_ok=True)  # better now, too
+    place.mkdir(parents=True, exist_ok=True)
     check_place(place / "results.json")
     gauntlet = Gauntlet(load_zoo(settings.task), env, settings.role, settings.episodes, settings.seed)
     rows: list[Row] = []
     try:
         meetings, total = gauntlet.play(candidate.player), len(gauntlet.opponents)
-        with tqdm(meetings, total=total, unit="opponent", leave=False, disable=None) as bar:  # none for logs
+        with tqdm(meetings, total=total, unit="opponent", leave=False, disable=None) as bar:  # no bar in log files
             for row in bar:
-                rows.append(row)  # noqa: PERF402 - those before an error are kept
+                rows.append(row)  # noqa: PERF402 - rows before an error are kept
     except (PolicyError, KeyboardInterrupt):
         if rows:
             save(_result(candidate, name, settings, gauntlet, rows), place)
@@ -66,7 +68,7 @@ def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None,
 
 
 def tell_about(candidate: Candidate) -> None:
-    """Say what one must know of a candidate before it is measured."""
+    """Print the caution and the note about a candidate, if any, before it is measured."""
     if candidate.caution:
         say(f"caution: {candidate.caution}")
     if candidate.elsewhere:

@@ -1,4 +1,4 @@
-"""``compare``: conditions side by side, each of several seeds, on the terminal and as a page."""
+"""``compare``: comparison of conditions with several seeds each, on the terminal and as a page."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ from esp_trainer.teams.zoo import unknown
 
 @dataclass(frozen=True)
 class Settings:
-    """How much is played, and what with whom is compared."""
+    """Settings of a comparison."""
 
     generations: int
-    """Of each run, that meet the panels."""
+    """Number of generations of each run that meet the panels."""
     episodes: int
-    """Of each meeting."""
+    """Number of episodes per pair of teams."""
     against: str | None = None
-    """The condition that the others are compared with; by default the first."""
+    """Name of the baseline, with which the other conditions are compared; by default the first condition."""
 
 
 def compare(runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: Path | None, settings: Settings) -> int:
-    """Measure all runs against the same opponents, print what the conditions come to, and write the page."""
+    """Measure all runs against the same opponents, print the tables, and write the page."""
     named = runs_in(runs)
     sources, others, notes = _read(list(named), list(runs_in(panel)))
     by_condition, more = _by_condition(sources, [named[source.path] for source in sources], settings)
@@ -75,12 +75,13 @@ def compare(runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: 
 
 
 def runs_in(places: Sequence[Path]) -> dict[Path, str | None]:
-    """Return the runs that are meant, and the name of each one's condition if its sweep gave it one.
+    """Return the runs in some directories, and the name of each run's condition if its sweep's file gives it one.
 
-    A directory that holds no run, but runs in it, stands for all of these: in the order of the sweep's file if it is a
-    sweep's directory, else by name.
+    A directory that is not a run but contains runs stands for all of these. They are in the order of the sweep's file
+    if it is the directory of a sweep, else sorted by name.
 
-    Raises :class:`ValueError` if a run is given twice.
+    Raises:
+        ValueError: A run is given twice.
     """
     found: list[tuple[Path, str | None]] = []
     for place in places:
@@ -105,7 +106,7 @@ def _is_run(place: Path) -> bool:
 
 
 def _by_numbers(path: Path) -> list[tuple[float, str]]:
-    """Return a key by which seed 10 comes after seed 9."""
+    """Return a sort key that compares numbers in a name by value, so that seed 10 comes after seed 9."""
     parts = re.findall(r"(\d+(?:\.\d+)?)|(\D+)", path.name)
     return [(float(number) if number else -1.0, text) for number, text in parts]
 
@@ -119,9 +120,10 @@ def _check_places(place: Path, csv: Path | None) -> None:
 
 
 def _read(runs: Sequence[Path], panel: Sequence[Path]) -> tuple[list[Source], list[History], list[str]]:
-    """Return the runs that are whole, those of the panel, and a note on each run that is left out.
+    """Return the complete runs, the runs of the panel, and a note on each run that is left out.
 
-    Raises :class:`ValueError` unless all are of one world.
+    Raises:
+        ValueError: Not all runs have the same world.
     """
     check_directories([*runs, *panel])
     sources, notes = _finished(runs)
@@ -132,7 +134,7 @@ def _read(runs: Sequence[Path], panel: Sequence[Path]) -> tuple[list[Source], li
 
 
 def _finished(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
-    """Return the runs that are whole, and a note on each that is not; if none is, raise the first note."""
+    """Return the complete runs, and a note on each other run; raise the first note as an error if none is complete."""
     sources, notes = read_all(runs)
     whole = []
     for source in sources:
@@ -151,7 +153,7 @@ def _finished(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
 def _by_condition(
     sources: Sequence[Source], given: Sequence[str | None], settings: Settings
 ) -> tuple[dict[str, list[Source]], list[str]]:
-    """Return the runs of each condition, cut to the same generations, and notes on what was cut."""
+    """Return the runs of each condition, cut to common generations, and notes on what was cut."""
     found, notes = {}, []
     for name, indices in conditions([source.config for source in sources], given).items():
         runs = [sources[i] for i in indices]
@@ -167,7 +169,7 @@ def _by_condition(
 
 
 def _history(source: Source) -> History:
-    assert source.history  # runs without one are left out
+    assert source.history  # _finished leaves out runs without a history
     return source.history
 
 
@@ -192,14 +194,14 @@ def _measure(
 
 
 def _signals(source: Source) -> dict[str, float]:
-    """Return the mean signal of each side's selection over the run, of the generations that tell it."""
+    """Return the mean signal of selection of each side, over the generations whose log has it."""
     column = SPREADS.index("signal")
     told = {role: spreads[:, column][~np.isnan(spreads[:, column])] for role, spreads in source.spreads.items()}
     return {f"{role}_signal": float(values.mean()) for role, values in told.items() if len(values)}
 
 
 def _write(file: Path, by_condition: dict[str, list[Source]], measured: Sequence[Condition]) -> None:
-    """Write a line for each run; what is not known of it is left empty."""
+    """Write a CSV file with a line for each run. Unknown values are left empty."""
     lines: list[list[object]] = [["run", "condition", "seed", "generations", *measures()]]
     for condition in measured:
         for source, run in zip(by_condition[condition.name], condition.runs, strict=True):

@@ -1,4 +1,4 @@
-"""``solve`` and ``exploitability``: optimal play on a torus small enough to know, and how far a policy is from it."""
+"""``solve`` and ``exploitability``: optimal play on a small torus, and the exploitability of a policy there."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _WIDTH = 9
 
 
 def solve(config: EnvConfig, out: Path | None) -> int:
-    """Solve the game of a world, say what it is worth, and save it."""
+    """Solve the game of a world, print its value, and save the solution."""
     if out:
         check_place(out)
     horizon = config.max_cycles
@@ -44,7 +44,7 @@ def solve(config: EnvConfig, out: Path | None) -> int:
 
 
 def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> int:
-    """Solve the game, answer the policy optimally, and say what it loses."""
+    """Solve the game, compute the best response to a policy, and print the policy's exploitability."""
     horizon = config.max_cycles
     candidate = load_candidate(spec, role, config, drawn=drawn)
     tell_about(candidate)
@@ -54,11 +54,12 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
     n_positions = survivors(config)[-1].keys.stop
     say(f"asking the policy in {n_positions:,} positions ...")
     with tqdm(total=n_positions, unit="position", disable=not sys.stderr.isatty(), desc="asking the policy") as bar:
-        fixed = chances(candidate.player, role, config, bar.update)  # first, as it may turn out that it cannot be asked
+        # Before the game is solved, which takes long, because this fails for policies that cannot be asked everywhere.
+        fixed = chances(candidate.player, role, config, bar.update)
     solution = _solved(config)
     with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="answering the policy") as bar:
         values = np.empty(0)
-        for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - the last is wanted
+        for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - only the last values are used
             bar.update()
     found = measured(values, role, solution, horizon)
     print(f"{spec}, {role} on {_words(config)}: the share of prey caught")
@@ -70,13 +71,13 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
 
 
 def _promise_memory(needed: int) -> None:
-    """Say how much memory it takes, or that it is not there."""
+    """Print how much memory is needed; raise an error if it is not available."""
     check_memory(needed)
     say(f"some {max(1, needed / 1e6):,.0f} MB of memory are needed")
 
 
 def _promise_time(seconds: float) -> None:
-    """Say about how long it takes: an estimate, which a busy machine exceeds."""
+    """Print the estimated time on an idle machine; a busy one takes longer."""
     unit, length = next((each for each in _UNITS if seconds >= 2 * each[1]), ("s", 1))
     say(f"estimated time: {max(1, seconds / length):,.0f} {unit} on an idle machine")
 

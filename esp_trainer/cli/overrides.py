@@ -1,4 +1,4 @@
-"""Any field of a config as an option on the command line: ``--esp.n_trials 200``."""
+"""Command-line options that set fields of a config, for example ``--esp.n_trials 200``."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from esp_trainer.config import RunConfig
 from predprey_env.settings import field_names
 
 FIELDS = [name for name in [*field_names(RunConfig), "esp.pairing"] if name not in ("preset", "league")]
-"""What can be set. The preset is said by the first argument, and the league follows from the runs of ``--league``."""
+"""Fields that can be set. The preset is the first argument, and the league results from the runs of ``--league``."""
 
 _OWN = ["out", "threads", "address", "quiet", "tensorboard", "league"]
 
 
 def split(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """The options that set fields, each with its value, apart from everything else."""
+    """Split arguments into the options that set fields, each with its value, and all others."""
     fields, others, pending = [], [], list(arguments)
     while pending:
         argument = pending.pop(0)
@@ -32,7 +32,7 @@ def split(arguments: list[str]) -> tuple[list[str], list[str]]:
 
 
 def read_options(options: list[str]) -> dict[str, Any]:
-    """Field -> value; :class:`ValueError` for an option that sets none."""
+    """Return the value of each field that the options set; raise :class:`ValueError` for an option that sets none."""
     values, pending = {}, list(options)
     while pending:
         option = pending.pop(0)
@@ -51,7 +51,7 @@ def read_options(options: list[str]) -> dict[str, Any]:
 
 
 def override(config: RunConfig, options: list[str]) -> RunConfig:
-    """The config with the fields that the options name, validated."""
+    """Return the config with the fields that the options set, validated."""
     return config.with_fields(read_options(options))
 
 
@@ -65,7 +65,7 @@ def _hint(name: str) -> str:
 
 
 def _value(text: str) -> Any:
-    """A value as JSON has it, or a number as Python reads it (``.5``, ``+3``, ``1_000``), or a word."""
+    """Parse a value as JSON, else as a Python number (``.5``, ``+3``, ``1_000``), else return it as text."""
     for read in (json.loads, int, float):
         with suppress(ValueError, RecursionError):
             return read(text)
@@ -73,7 +73,7 @@ def _value(text: str) -> Any:
 
 
 def describe(config: RunConfig) -> str:
-    """Every field with its value, as one types them, and what it means."""
+    """Return the description of all fields: each option with its value, as typed, and its meaning."""
     return "\n".join(_describe(config, ""))
 
 

@@ -1,4 +1,4 @@
-"""``report``: runs as one page."""
+"""``report``: a page about one or several runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from esp_trainer.report.source import Source, cut, read
 
 
 def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
-    """Write the page of what is whole of some runs, and say on it what is missing."""
+    """Write a page about the readable parts of some runs, with notes on what is missing."""
     check_directories(runs)
     sources, notes = read_all(runs)
     check_same_config([(source.path, source.config) for source in sources])
@@ -36,13 +36,17 @@ def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
 
 
 def place_of_page(runs: Sequence[Path], out: Path | None, name: str) -> Path:
-    """Return the file for a page about some runs: what the user says, or that name beside what it is about."""
+    """Return the file for a page about some runs.
+
+    It is ``out``, or the file ``name`` in ``out`` if that is a directory. Without ``out``, the directory is that of the
+    run, or the common parent of several runs.
+    """
     place = out or (runs[0] if len(runs) == 1 else Path(os.path.commonpath([run.parent.resolve() for run in runs])))
     return place / name if place.is_dir() else place
 
 
 def read_all(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
-    """Return the runs that can be shown, and a note on each that cannot; if none can, raise the first one's error."""
+    """Return the readable runs, and a note on each other run; raise the first error if no run is readable."""
     sources: list[Source] = []
     errors: list[OSError | ValueError] = []
     for run in runs:

@@ -1,4 +1,4 @@
-"""The signals that ask a command to stop: Ctrl-C, a polite kill, and a terminal that closes."""
+"""Handling of the signals that ask a command to stop: Ctrl-C, SIGTERM, and the hangup of a terminal that closes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from types import FrameType
 
 Handler = Callable[[int, FrameType | None], object]
 
-_HANGUP = getattr(signal, "SIGHUP", None)  # Windows has none
+_HANGUP = getattr(signal, "SIGHUP", None)  # None on Windows
 _STOPPING = tuple(number for number in (signal.SIGINT, signal.SIGTERM, _HANGUP) if number is not None)
 
 
 @contextmanager
 def handled_by(handler: Handler) -> Iterator[None]:
-    """Let a function handle the signals that ask to stop.
+    """Let a function handle the signals that ask to stop, until the ``with`` block ends.
 
-    In a thread other than the main one, which Python lets handle no signal, nothing changes. A hangup that is ignored,
-    as nohup asks, stays ignored.
+    A hangup that is ignored, as under nohup, stays ignored. In a thread other than the main one, nothing changes.
     """
+    # Python allows signal handlers only in the main thread.
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -36,6 +36,9 @@ def handled_by(handler: Handler) -> Iterator[None]:
 
 
 def tell(line: str) -> None:
-    """Write a line to standard error from a handler, which may have come while Python's own stream is writing."""
-    with suppress(OSError, ValueError, AttributeError):  # there is no such stream, or nobody at its other end
+    """Write a line to standard error from a signal handler.
+
+    This bypasses Python's stream, which cannot be used in a handler that interrupts a write to the same stream.
+    """
+    with suppress(OSError, ValueError, AttributeError):  # the stream is missing, closed, or has no reader
         os.write(sys.stderr.fileno(), f"{line}\n".encode())

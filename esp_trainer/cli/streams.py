@@ -1,4 +1,4 @@
-"""The standard streams as commands need them: open, for every character, and no reason to end a run."""
+"""Standard streams that are always open, can print every character, and never end a run by an error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PLAIN = str.maketrans(
         "±": "+-",
     }
 )
-"""What is printed instead of characters that the encoding of a stream does not have."""
+"""Replacements for characters that the encoding of a stream lacks."""
 
 
 _users, _users_lock, _afterwards = 0, threading.Lock(), ExitStack()
@@ -28,14 +28,15 @@ _users, _users_lock, _afterwards = 0, threading.Lock(), ExitStack()
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Make standard input, output and error usable in all circumstances; afterwards they are as before.
+    """Make standard input, output and error usable in all circumstances, and restore them afterwards.
 
-    Those that are closed are opened on the null device. Else the first file of a run would get the descriptor of
-    standard error, with all that libraries write there. Characters that an encoding does not have are printed as plain
-    ones, and bytes of a path that are no text as escapes, unless the stream takes such bytes. If standard error cannot
-    be written, messages are lost. Warnings of our own are lines like all others.
+    * Closed streams are opened on the null device.
+    * Characters that an encoding lacks are replaced by plain ones. Bytes of a path that are not text are printed as
+      escapes, or as they are if the stream accepts such bytes.
+    * If standard error cannot be written, messages are lost.
+    * Warnings of our own packages are printed as ordinary lines.
 
-    Threads share the streams: the first that comes makes them usable, and the last that leaves puts them back.
+    Threads share the streams: the first thread to enter makes them usable, and the last to leave restores them.
     """
     global _users
     with _users_lock:
@@ -70,6 +71,7 @@ def _make_usable() -> None:
 
 
 def _open_closed_descriptors() -> None:
+    # A run's first file would otherwise get the descriptor of standard error, with all that libraries write there.
     for descriptor in range(3):
         try:
             os.fstat(descriptor)
@@ -78,13 +80,13 @@ def _open_closed_descriptors() -> None:
             if null != descriptor:
                 os.dup2(null, descriptor)
                 os.close(null)
-            os.set_inheritable(descriptor, True)  # by the workers of a sweep
+            os.set_inheritable(descriptor, True)  # for the workers of a sweep
 
 
 def _set_errors(stream: Any, errors: str | None) -> None:
-    """Choose an error handler, unless it is no stream of text in an encoding (a notebook's is not)."""
+    """Set the error handler of a stream, unless it has no encoding, as in a notebook."""
     if hasattr(stream, "reconfigure"):
-        with suppress(OSError, ValueError):  # it is flushed, or closed
+        with suppress(OSError, ValueError):  # reconfigure flushes, which fails if the stream is full or closed
             stream.reconfigure(errors=errors)
 
 
@@ -96,7 +98,7 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 
 def _plain_or_bytes(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Encode bytes of a path that are no text as what they are."""
+    """Encode bytes of a path that are not text as these bytes, and other characters as :func:`_plain` does."""
     if isinstance(error, UnicodeEncodeError):
         error.end = error.start + 1
         with suppress(UnicodeEncodeError):
@@ -110,7 +112,7 @@ codecs.register_error(_KEEPING_BYTES, _plain_or_bytes)
 
 
 def _show_warning(others: Callable[..., None], message: Warning | str, *where: Any) -> None:
-    """Print a warning of our packages, which names no line of source, as any other line of ours."""
+    """Print a warning of our packages, which names no line of source, as an ordinary line of the command."""
     _, file, *_ = where
     if file in ("predprey_env", "esp_trainer"):
         print(f"esp-trainer: {message}", file=sys.stderr, flush=True)
@@ -119,20 +121,20 @@ def _show_warning(others: Callable[..., None], message: Warning | str, *where: A
 
 
 class _Messages:
-    """Standard error. A full disk, or a reader or terminal that has gone, costs the messages and not the run."""
+    """A wrapper of standard error that loses messages on a full disk, or without a reader, instead of failing."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> None:
-        """Write, or lose what is written."""
+        """Write text, or discard it if it cannot be written."""
         try:
             self._stream.write(text)
         except OSError:
             let_go(self._stream)
 
     def flush(self) -> None:
-        """Write what is buffered, or lose it."""
+        """Write the buffer, or discard it if it cannot be written."""
         let_go(self._stream)
 
     def __getattr__(self, name: str) -> Any:
@@ -140,12 +142,13 @@ class _Messages:
 
 
 def is_screen(stream: TextIO) -> bool:
-    """Whether a stream is a terminal on which one can draw over what is there."""
+    """Return whether a stream is a terminal that can redraw its screen."""
     return stream.isatty() and os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
 
 
 def let_go(stream: TextIO) -> None:
-    """If nobody takes what is still to print, drop it; else Python complains about it when it ends."""
+    """Flush a stream; if that fails, redirect it to the null device."""
+    # Otherwise Python would print an error about the unwritten buffer when it exits.
     try:
         stream.flush()
     except OSError:

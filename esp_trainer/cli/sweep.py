@@ -1,4 +1,4 @@
-"""``sweep``: many runs at once on the terminal."""
+"""``sweep``: many runs in parallel, with their progress on the terminal."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from esp_trainer.sweep.plan import PlannedRun, plan_of
 from esp_trainer.sweep.pool import Pool, Work
 from esp_trainer.sweep.results import Result, is_whole, result_of, table, write_csv
 
-_LOOK = 0.25  # seconds between looks at the runs
+_LOOK = 0.25  # seconds between checks of the runs
 
 
 def sweep(file: Path, out: Path | None, workers: int | None, address: str | None, *, quiet: bool) -> int:
-    """Do all runs of a sweep that are not whole, and say what came of them."""
-    declared = file.read_bytes()  # once, as it may be a pipe
+    """Run all runs of a sweep that are not complete, and print the results."""
+    declared = file.read_bytes()  # only once, because it may be a pipe
     plan = plan_of(declared, file)
     out = out or _place(file)
     if RunDirectory(out).config_file.exists():
@@ -47,13 +47,13 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         )
         failed, stopped_by = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, 0)
         results = [result_of(out / run.name, run, failed.get(run.name)) for run in plan]
-        write_csv(out / "runs.csv", results)  # before anything is told, as nobody may be there to hear it
+        write_csv(out / "runs.csv", results)  # before printing, which fails if the terminal is closed
     finally:
         held.release()
     if not stopped_by:
         _tell(results, out)
         return 1 if any(result.reason for result in results) else 0
-    with suppress(OSError):  # the terminal has closed, say
+    with suppress(OSError):  # for example, the terminal is closed
         _tell(results, out)
     let_go(sys.stdout)
     where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
@@ -64,28 +64,29 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
 
 
 def _place(file: Path) -> Path:
-    """The directory that is named after a sweep's file."""
+    """Return the default directory of a sweep, named after its file."""
     if not _has_name(file):
         raise ValueError(f"{file} has no name of its own for the directory of the runs: give it by --out")
     return Path("runs") / file.stem
 
 
 def _has_name(file: Path) -> bool:
-    """Whether it is a file, and not a pipe or an open one by its number."""
+    """Return whether a path is a regular file with a name, not a pipe or an open file by its descriptor."""
     return file.is_file() and str(file.parent) not in ("/dev", "/dev/fd", "/proc/self/fd")
 
 
 def _do(
     todo: Sequence[PlannedRun], out: Path, workers: int | None, address: str | None, *, quiet: bool
 ) -> tuple[dict[str, str], int]:
-    """Why runs failed, by name, and the number of the signal by which somebody stopped it all, or 0."""
+    """Run the runs; return the reasons of failed runs by name, and the signal that stopped the sweep or 0."""
     failed: dict[str, str] = {}
     runs, heard = {run.name: run for run in todo}, list[int]()
 
     def interrupt(number: int, _frame: FrameType | None) -> None:
         heard.append(number)
         later = heard[1:]
-        # Any signal stops, and Ctrl-C after it at once; a terminal that closes sends more than one.
+        # The first signal stops the sweep, and Ctrl-C after it stops at once. Other later signals are ignored, because
+        # a terminal that closes sends more than one.
         if not later or (number == signal.SIGINT and later.count(number) == 1):
             raise KeyboardInterrupt
 
@@ -116,7 +117,8 @@ def _do(
 
 
 Look = Callable[[str | None, str | None], None]
-"""Called with a run that has ended and why it failed, or with neither to look at those that go on."""
+"""Function called with the name of a run that has ended and the reason if it failed, or with None for both to show the
+progress of the others."""
 
 
 @contextmanager
@@ -137,7 +139,7 @@ def _view(todo: Sequence[PlannedRun], out: Path, *, quiet: bool) -> Iterator[Loo
 
 
 class _Lines:
-    """A line for each run that ends."""
+    """A view that prints a line for each run that ends."""
 
     def __init__(self, todo: Sequence[PlannedRun], out: Path) -> None:
         self._runs = {run.name: run for run in todo}
@@ -152,7 +154,7 @@ class _Lines:
 
 
 class _Bars:
-    """A bar for each run in hand, and one for all."""
+    """A view with a progress bar for each run in progress, and one for the whole sweep."""
 
     def __init__(self, todo: Sequence[PlannedRun], out: Path, progress: Progress) -> None:
         self._runs = {run.name: run for run in todo}
@@ -162,7 +164,7 @@ class _Bars:
         self._last = dict.fromkeys(self._tails, b"")
         self._bars: dict[str, TaskID] = {}
         self._all = progress.add_task("", total=sum(run.config.generations for run in todo), caught="")
-        for name in self._tails:  # what there is from before
+        for name in self._tails:  # generations from before an interruption
             self._done[name] = len(self._look(name)[0])
         progress.update(self._all, completed=sum(self._done.values()))
 
@@ -185,7 +187,7 @@ class _Bars:
     def _look(self, name: str) -> tuple[list[bytes], bool]:
         try:
             return self._tails[name].look()
-        except OSError:  # its worker will say what is wrong
+        except OSError:  # the run's worker will report the error
             return [], False
 
     def _show(self, name: str) -> None:

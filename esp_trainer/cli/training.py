@@ -1,4 +1,4 @@
-"""``train`` and ``resume``: a run on the terminal."""
+"""``train`` and ``resume``: a run, with its progress on the terminal."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ from esp_trainer.run.trainer import Trainer, record
 from esp_trainer.types import Evaluator, Role, ScriptedTeams
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
-_RECENT = 20  # generations in the closing summary
-_ALIKE = 0.95  # share of the trials that end alike in them, from which on a side has lost the gradient
+_RECENT = 20  # number of generations in the closing summary, and in the check for disengagement
+_ALIKE = 0.95  # fraction of tied trials in these generations at which a side is warned of having lost its gradient
 
 
 @dataclass(frozen=True)
 class Players:
-    """Who plays a run's trials."""
+    """Computing resources that play a run's trials: threads of this process, or a cluster."""
 
     threads: int | None = None
-    """Of this process; by default one for each core."""
+    """Number of threads of this process; by default one per core."""
     address: str | None = None
-    """Of a Ray cluster that plays them in shards; see :func:`esp_trainer.cluster.connected`."""
+    """Address of a Ray cluster that plays trials in shards, see :func:`esp_trainer.cluster.connected`."""
 
     def connected(self) -> AbstractContextManager[None]:
-        """Be connected to the cluster, if there is one."""
+        """Return a context manager that connects to the cluster, if there is one."""
         return connected(self.address) if self.address else nullcontext()
 
     def evaluator(self, config: RunConfig, undo: Callable[[], object] = lambda: None) -> Evaluator:
-        """An evaluator whose kernel is compiled; ``undo`` is called if somebody ends the process in the meantime."""
+        """Return an evaluator with a compiled kernel; a signal during the compilation calls ``undo`` and exits."""
         threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
         if self.address and episodes < 2 * LEAST_EPISODES:
             _say(f"a generation of {episodes} episodes is played here: shards of it would cost more than they bring")
@@ -68,18 +68,18 @@ class Players:
 
 @dataclass(frozen=True)
 class Following:
-    """How a run is followed."""
+    """Settings of the output about a run's progress."""
 
     quiet: bool = False
-    """A line for each checkpoint instead of a bar."""
+    """If true, print a line per checkpoint instead of a progress bar."""
     tensorboard: bool = False
-    """Event files for TensorBoard in the run's directory."""
+    """If true, write event files for TensorBoard to the run's directory."""
 
 
 def train(
     config: RunConfig, out: Path | None, players: Players, following: Following, league_runs: Sequence[Path] = ()
 ) -> int:
-    """Begin a run; champions of other runs are in its opponent pools if there are ``league_runs``."""
+    """Begin a run. Champions of ``league_runs``, if any, are added to its opponent pools."""
     if following.tensorboard:
         check_installed()
     league = league_of_runs(league_runs, config)
@@ -90,7 +90,7 @@ def train(
 
 
 def resume(directory: Path, generations: int | None, players: Players, following: Following) -> int:
-    """Go on with a run."""
+    """Continue a run from its last checkpoint."""
     if following.tensorboard:
         check_installed()
     with players.connected():
@@ -122,7 +122,7 @@ def _run(trainer: Trainer, following: Following) -> int:
                 if not stopping.at_once:
                     raise
                 trainer.stop()
-                list(trainer.generations())  # only writes a checkpoint
+                list(trainer.generations())  # after stop(), this only writes a checkpoint
     finally:
         if log:
             log.close()
@@ -135,15 +135,17 @@ def _run(trainer: Trainer, following: Following) -> int:
 
 
 class _Stopping:
-    """Handles signals that ask to stop: the first ends the run after the generation in hand, Ctrl-C after that at once.
+    """A handler of signals that ask to stop.
 
-    Further signals change nothing; a terminal that closes sends more than one.
+    The first signal stops the run after the current generation, and Ctrl-C after it stops at once. Other signals are
+    ignored, because a terminal that closes sends more than one.
     """
 
     def __init__(self, trainer: Trainer, *, plain: bool) -> None:
         self.by = 0
-        """The first signal; 0 before it."""
+        """Number of the first signal; 0 before it."""
         self.at_once = False
+        """True after the Ctrl-C that stops at once."""
         self._trainer, self._plain = trainer, plain
 
     def __call__(self, number: int, _frame: FrameType | None) -> None:
@@ -158,7 +160,7 @@ class _Stopping:
 
 
 def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | None, *, plain: bool) -> None:
-    """Run all generations, tell how they go, and keep the recent ones."""
+    """Run all generations, print their progress, and append them to ``recent``."""
     total, done = trainer.config.generations, trainer.done
     with tqdm(total=total, initial=done, unit="gen", bar_format=_BAR, disable=plain) as bar:
         warned: set[Role] = set()
@@ -179,7 +181,7 @@ def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | N
 
 
 def _disengaged(recent: Sequence[Generation]) -> Iterator[tuple[Role, float]]:
-    """The sides whose trials ended alike for long, and what share of them did."""
+    """Yield each side that has lost its gradient in the recent generations, and its fraction of tied trials."""
     for role in recent[-1].signals:
         alike = sum(generation.signals[role].ties for generation in recent) / len(recent)
         if len(recent) == _RECENT and alike >= _ALIKE:
@@ -227,7 +229,10 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
 
 
 def quoted(argument: Path | str) -> str:
-    """Quote an argument for a shell: a path that begins with a dash is no option, and its bytes need not be text."""
+    """Quote an argument for a shell, such that a path with a leading dash is not taken for an option.
+
+    Bytes of a path that are not text are written as escapes.
+    """
     text = str(argument)
     text = f"./{text}" if text.startswith("-") else text
     if text.isprintable():

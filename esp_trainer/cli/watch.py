@@ -1,4 +1,4 @@
-"""``watch``: a run followed live on the terminal, its curves and a chase of its newest champions."""
+"""``watch``: a live view of a run on the terminal, with its curves and an episode of its newest champions."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 
-_PATIENCE = 0.5  # seconds between looks at a run that has nothing new
+_PATIENCE = 0.5  # seconds between checks of a run that has nothing new
 _CURVES = {
     "caught": ("prey caught", "yellow"),
     "all_caught": ("all caught: predators succeed", "red"),
     "none_caught": ("none caught: prey succeed", "blue"),
 }
-_RECENT = 10  # generations in the figure beside a curve
-_CHASE = 46  # columns of the chase
+_RECENT = 10  # number of generations in the mean beside a curve
+_CHASE = 46  # number of terminal columns of the episode
 _QUIT = "q"
 _BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
 class _Log:
-    """A run's log, of which only what is new is read each time."""
+    """A reader of a run's log that reads only new lines each time."""
 
     def __init__(self, file: Path) -> None:
         self._file, self._tail = file, Tail(file)
@@ -52,7 +52,7 @@ class _Log:
         self.curves: dict[str, np.ndarray] = {}
 
     def look(self) -> int:
-        """Read what is new; how many generations there are."""
+        """Read new lines, and return the number of generations."""
         new, cut = self._tail.look()
         if cut:
             self.lines.clear()
@@ -66,7 +66,7 @@ class _Log:
 
 
 def watch(run: Path, fps: int) -> int:
-    """Follow a run until it is over, or somebody has seen enough."""
+    """Follow a run until it is finished or the user stops watching."""
     directory = RunDirectory(run)
     below = [] if directory.config_file.exists() else list(run.glob("*/config.json"))
     if below:
@@ -80,24 +80,25 @@ def watch(run: Path, fps: int) -> int:
             else:
                 _plain(directory, config, keyboard)
     except KeyboardInterrupt:
-        pass  # how one stops watching
+        pass  # Ctrl-C is the usual way to stop watching, not an error
     return 0
 
 
 def _leave(number: int, _frame: FrameType | None) -> None:
-    """End the watching in order, so that the terminal is left as it was."""
+    """End the command by an exception, so that the terminal is restored."""
     if number == signal.SIGINT:
         raise KeyboardInterrupt
     sys.exit(128 + number)
 
 
 def _plain(directory: RunDirectory, config: RunConfig, keyboard: Keyboard) -> None:
-    """A line for each generation."""
+    """Print a line for each generation."""
     told, log, deserted = 0, _Log(directory.metrics_file), False
     if keyboard.listens:
         print(_how_to_stop(keyboard), file=sys.stderr, flush=True)
     while True:
-        was, deserted = deserted, Lock.is_free(directory.path)  # before the log, in which the end of a run comes first
+        # The lock is checked before the log: a run writes its last line before it frees the lock.
+        was, deserted = deserted, Lock.is_free(directory.path)
         known = log.look()
         for record in log.lines[told:]:
             rates = {name: record["held_out"][name]["rate"] for name in ("predators_succeed", "prey_succeed", "caught")}
@@ -144,7 +145,7 @@ def _live(directory: RunDirectory, config: RunConfig, fps: int, keyboard: Keyboa
 
 
 def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episode | None:
-    """The newest champions' episode; None while their files are not there."""
+    """Play an episode of a generation's champions; None if their files are missing."""
     policies: dict[Role, Policy] = {}
     for role in ROLES:
         script = side_config(config, role).policy
@@ -154,13 +155,13 @@ def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episo
                 if script == "esp"
                 else ScriptedTeam.of(script, role, config.env)
             )
-        except FileNotFoundError:  # a run that is being resumed goes back to its checkpoint
+        except FileNotFoundError:  # a run that is resumed first removes the champions after its checkpoint
             return None
     return play(policies["predators"], policies["prey"], config.env, seed=generation)
 
 
 def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[str], width: int) -> Group:
-    """The run, how far it is, and its curves."""
+    """Return the run's path, its number of generations, and its curves, for the left half of the screen."""
     lines: list[Text] = [
         Text(str(directory.path), style="bold", overflow="ellipsis", no_wrap=True),
         Text(f"generation {len(log.lines)} of {config.generations}"),
@@ -176,7 +177,7 @@ def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[st
 
 
 def _signals(recent: list[dict[str, Any]]) -> Iterator[str]:
-    """Yield a line on the signal of selection for each side; none where the log does not tell."""
+    """Yield a line on the signal of selection of each side whose log has it."""
     for role, told in recent[-1].get("subpopulations", {}).items():
         if told.get("signal") is not None:
             known = [line["subpopulations"][role]["signal"] or 0.0 for line in recent]
@@ -191,7 +192,7 @@ def _beside(left: Group, right: Text) -> Table:
 
 
 def chart(values: np.ndarray, width: int, height: int) -> list[str]:
-    """Numbers in [0, 1] as columns of blocks, so many lines high: means where there are more numbers than columns."""
+    """Return values in [0, 1] as ``height`` lines of block characters, each column the mean of its values."""
     columns = min(width, len(values))
     means = np.array([part.mean() for part in np.array_split(values, columns)])
     eighths = np.clip(np.round(8 * height * means), 0, 8 * height).astype(int)
