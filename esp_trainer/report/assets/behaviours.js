@@ -1,5 +1,5 @@
-// The behaviours of esp_trainer/analysis/behaviours, for one match. There they are defined, with the paper's words and
-// the reasons, over whole arrays of episodes; here row by row. A test holds the two equal.
+// The detectors of esp_trainer/analysis/behaviours for one match, row by row. The Python code defines them over arrays
+// of episodes, with quotations from the paper and reasons. A test checks that both give the same results.
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1];
 const cross = (a, b) => a[0] * b[1] - a[1] * b[0];
@@ -11,7 +11,7 @@ const cosine = (a, b) => {
 };
 const range = (n) => Array.from({ length: n }, (_, i) => i);
 
-// The motions of a match, made continuous: rows after its end repeat the last.
+// The unwrapped paths of a match. Rows after its end repeat the last row.
 class Paths {
   constructor(match, { n_predators, n_prey, size, max_cycles }) {
     Object.assign(this, { size, length: match.length, rows: max_cycles + 1 });
@@ -30,7 +30,7 @@ class Paths {
     this.capturedAt = this.hunted.map((j) => this.#captured(j, match.caughtAt[j]));
   }
 
-  // A free prey always moves, so one that stands still was caught when it got there.
+  // A free prey always moves, so a prey that stands still was caught when it reached its cell.
   #captured(j, caughtAt) {
     for (let t = 0; t < this.length; t++) if (!span(minus(this.prey(t + 1, j), this.prey(t, j)))) return t;
     return caughtAt === Infinity ? this.rows : this.length;
@@ -53,7 +53,7 @@ class Paths {
   free(t, j, back, on) { return this.reaches(t, back, on) && this.alive(t + on, j); }
   hunted_before(t, j, rows) { return this.reaches(t, rows, 0) && this.alive(t - 1, j); }
 
-  // The longer side of the box that holds a path over a row and those before it.
+  // Return the longer side of the box that holds a path over row t and the rows before it.
   extent(t, agent, rows) {
     const lately = range(rows + 1).map((back) => this.at(t - back, agent));
     return Math.max(...[0, 1].map((axis) => {
@@ -62,7 +62,7 @@ class Paths {
     }));
   }
 
-  // In how many of some rows up to t something holds.
+  // Return in how many of the last rows up to t a condition holds.
   count(t, rows, holds) {
     let found = 0;
     for (let s = Math.max(0, t - rows + 1); s <= t; s++) found += Number(holds(s));
@@ -74,10 +74,10 @@ class Paths {
     return step[0] !== before[0] || step[1] !== before[1];
   }
 
-  // Whether a predator's step to a row led nearer to where a prey was.
+  // Return whether a predator's step to row t led towards the cell in which the prey was before it.
   towards(t, i, j) { return t > 0 && dot(this.step(t, i), this.offset(t - 1, i, j)) < 0; }
 
-  // The direction of a prey's last steps if all went the same way, else 0.
+  // Return the direction of a prey's last steps if all went the same way, else 0.
   running(t, j, run) {
     const agent = this.n_predators + j;
     const straight = this.reaches(t, run, 0) && !this.count(t, run - 1, (s) => this.turned(s, agent));
@@ -90,7 +90,7 @@ class Paths {
   }
 }
 
-// Who attacks and who blocks whom in which rows: [predator][prey][row] of booleans.
+// Return which predators attack and which block which prey at which rows, as booleans [predator][prey][row].
 function rolesOf(paths, x) {
   const spread = (found, rows) => range(paths.rows).map((t) => range(rows + 1).some((on) => found(t + on)));
   const within = (test) => {
@@ -212,7 +212,7 @@ const RULES = {
 const pairs = (list) => list.flatMap((one, k) => list.slice(0, k).map((other) => [one, other]));
 const lengthsOfCircles = (x) => range(Math.floor((x.circle - 8) / 4) + 1).map((k) => 8 + 4 * k);
 
-// The rows of each behaviour, as stretches [first, last], and who attacks (2) or blocks (1) in which row.
+// Return the stretches [first, last] of each behaviour, and which agents attack (2) or block (1) at which rows.
 function behavioursOf(match, env, thresholds) {
   const paths = new Paths(match, env), roles = rolesOf(paths, thresholds), found = {};
   for (const [name, rule] of Object.entries(RULES)) {

@@ -1,10 +1,10 @@
-// The charts, and the matrix of who catches whom, on whose cells one can click.
+// The charts, and the matrix of the fraction of prey caught, in which a click on a cell plays its match.
 
 const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888"]; // Okabe & Ito
-// Without Plotly's bar: it covers cells of the matrix, and offers to upload what is shown. A double click zooms back out.
+// Plotly's mode bar is off, because it covers cells of the matrix and offers to upload data. A double click zooms out.
 const QUIET = { displayModeBar: false, responsive: true };
 
-// A figure with the page's colours in the place of their names.
+// Return a figure with names of colours replaced by the colours of the page.
 function coloured(figure) {
   const colour = palette();
   return JSON.parse(JSON.stringify(figure), (_, value) => {
@@ -55,7 +55,7 @@ class Charts {
     this.#matrix();
   }
 
-  // Play champions of some generations, of those that are not named the last, of the run whose matrix is shown.
+  // Play champions of the run whose matrix is shown, by default those of the last generation.
   play({ predators, prey }) {
     const run = this.run;
     this.player.show({ predators: { run, generation: predators }, prey: { run, generation: prey }, start: 0 });
@@ -94,13 +94,13 @@ class Charts {
     }
   }
 
-  // The cell of the match that is played, if it is of this matrix.
+  // Return the cell of the current match, if it belongs to this matrix.
   #here() {
     const { predators, prey } = this.player, inside = predators?.run === this.run && prey?.run === this.run;
     return { x: inside ? [prey.generation] : [], y: inside ? [predators.generation] : [] };
   }
 
-  // Mark that cell.
+  // Mark the cell of the current match.
   mark() {
     const place = byId("matrix"), { x, y } = this.#here();
     if (place.data?.length === 3) Plotly.restyle(place, { x: [x], y: [y] }, [2]);

@@ -1,11 +1,11 @@
-// 32-bit floating point: what the translated rules need and JavaScript has no sign for. See predprey_env/floats.py.
+// 32-bit floating-point functions that the translated rules need and JavaScript lacks. See predprey_env/floats.py.
 
 const DOUBLE = new Float64Array(1), WORDS = new Uint32Array(DOUBLE.buffer);
 const LOW = new Uint8Array(new Uint32Array([1]).buffer)[0] ? 0 : 1; // which word of a double holds its low bits
 const SINGLE = new Float32Array(1), BITS = new Int32Array(SINGLE.buffer);
 
-// a * b + c, rounded once: the double nearest to it is rounded to odd first, so that it keeps on which side of a tie
-// between two 32-bit floats the exact sum is.
+// Return a * b + c, rounded once. The sum is first rounded to a double by rounding to odd, which preserves on which side
+// of a tie between two 32-bit floats the exact sum lies.
 function fma(a, b, c) {
   const product = a * b; // exact
   const total = product + c;

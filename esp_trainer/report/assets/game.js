@@ -1,8 +1,8 @@
 // Matches, played in the page by the translated rules.
 
-// A team is what Side.team() gives.
+// Plays matches between teams, which are objects that Side.team() returns.
 class Game {
-  // rules: the world as compiled code reads it; memory: rows that each agent remembers.
+  // rules: the world in the form that compiled code reads. memory: number of memory rows of each agent.
   constructor({ rules, memory }) {
     this.rules = rules;
     this.kept = memory;
@@ -43,8 +43,8 @@ class Game {
     return memory;
   }
 
-  // What an agent's networks say at a moment of a match: [{ inputs, outputs }, ...], and the sum of their votes.
-  // Nothing of a scripted team, whose action is all there is to see.
+  // Return inputs and outputs of an agent's networks at a step of a match, [{ inputs, outputs }, ...], and the sum of
+  // their votes. Return null for a scripted team, which has no networks.
   thoughts(match, step, agent) {
     const { rules } = this, hunts = agent < rules.n_predators, team = hunts ? match.predators : match.prey;
     if (team.scripted) return null;
@@ -68,12 +68,12 @@ class Game {
     return { networks, votes };
   }
 
-  // What an agent saw when it chose its next action; of a central controller what its whole team saw.
+  // Return the observation from which an agent chose its next action; for a central controller, that of the whole team.
   #view(match, step, agent, controller) {
     const { rules } = this, hunts = agent < rules.n_predators;
     const world = worldAt(match.cells[step], rules);
     match.caughtAt.forEach((at, j) => { world.alive[j] = at > step ? 1 : 0; });
-    if (rules.prey_first && hunts && step < match.length) { // predators see where the prey went
+    if (rules.prey_first && hunts && step < match.length) { // in turns, predators see the prey's move
       move_prey(world, match.actions[step], rules);
       capture(world, rules);
     }

@@ -1,14 +1,14 @@
-// The page comes to life.
+// Start-up of the page.
 
 const data = JSON.parse(byId("data").textContent);
 const playable = data.runs.some((run) => run.sides) && data.starts.length > 0;
 let charts = null;
 const player = playable ? new Player(data, () => charts?.mark()) : null;
-const CLOSE_UP = 50; // cells to a side in the picture of a moment
-const LONG = 30; // steps of what lasts longer that are shown
+const CLOSE_UP = 50; // side of the picture of a moment, in cells
+const LONG = 30; // maximum number of steps of a lasting behaviour to show
 const pictures = player ? data.moments.map(pictured) : [];
 
-// A picture of a moment, which plays it.
+// Add a picture of a moment, in a button that plays it.
 function pictured(moment) {
   const canvas = element("canvas"), team = { run: moment.run, generation: moment.generation };
   const where = `${data.runs.length > 1 ? `${data.runs[moment.run].name}, ` : ""}generation ${moment.generation}, step ${moment.step}`;
@@ -16,7 +16,7 @@ function pictured(moment) {
     element("small", { textContent: moment.text }), element("small", { textContent: where })]);
   button.addEventListener("click", () => {
     player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.shown[0] });
-    byId("toggle").focus({ preventScroll: true }); // or space would press the moment's button again
+    byId("toggle").focus({ preventScroll: true }); // otherwise space would press the moment's button again
     byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
     player.play();
   });
@@ -27,8 +27,8 @@ function pictured(moment) {
   return { moment, scene, painter: new Painter(canvas, data.world.env) };
 }
 
-// What lasts is seen best while it does; what is over at once, by what comes of it. About the prey that is nearest to a
-// predator then.
+// Draw the picture of a moment, centred on the prey that is nearest to a predator. A behaviour that lasts is shown while
+// it lasts. One that is over at once is shown at the last of the shown steps, when its result is visible.
 function paint({ moment: { step, until, shown }, scene, painter }) {
   const time = until > step ? Math.min(until, step + LONG) : shown[1], { size, n_predators } = data.world.env;
   const closest = (prey) => Math.min(...scene.paths.hunters.map((i) => scene.paths.distance(time, i, prey)));

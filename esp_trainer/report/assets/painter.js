@@ -1,16 +1,16 @@
-// A moment of a match on a canvas. The torus has no edge: what leaves on one side comes back on the other, so everything
-// near an edge is drawn at both, and no line goes across the world.
+// Drawing of a match at one time on a canvas. The torus has no edge, so everything near an edge is drawn at both edges,
+// and no line is drawn across the world.
 
-const LETTERS = "abcdefghijklmnopqrstuvwyz"; // without x, the mark of a caught prey
-const RING = 12; // steps that the ring of a capture grows for
+const LETTERS = "abcdefghijklmnopqrstuvwyz"; // without x, which marks a caught prey
+const RING = 12; // number of steps for which the ring of a capture grows
 
-// The colours of the page by name: colour("predators").
+// Return a function that looks up colours of the page by name, for example colour("predators").
 function palette() {
   const style = getComputedStyle(document.documentElement);
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-// A colour #rrggbb of which a share is left over another.
+// Return the colour #rrggbb blended over a ground, with the given opacity (share).
 function mix(colour, ground, share) {
   const parts = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
   const [over, under] = [parts(colour), parts(ground)];
@@ -23,8 +23,8 @@ class Painter {
     this.env = env;
   }
 
-  // The match at a time in steps, which may lie between two: with trails of so many steps, and so many cells of the
-  // world to a side, about a cell.
+  // Draw the match at a time in steps, which need not be whole. trail: number of steps of the trails. cells: side of the
+  // visible part of the world. about: cell at its centre.
   paint({ match, paths, role }, time, { trail = 40, chosen = -1, cells = this.env.size, about = [0, 0] } = {}) {
     const { canvas, env } = this, side = Math.round(canvas.clientWidth * (window.devicePixelRatio || 1));
     if (!side) return;
@@ -51,7 +51,7 @@ class Painter {
     for (const agent of prey.filter(free)) this.#prey(where(agent), agent - env.n_predators, true, 0, agent === chosen);
   }
 
-  // The cell under a place on the canvas, in CSS pixels from its corner.
+  // Return the cell at a point of the canvas, in CSS pixels from its corner.
   cellAt(x, y) {
     const { size } = this.env, cell = (part) => Math.max(0, Math.min(size - 1, Math.floor(part * size)));
     return [cell(x / this.canvas.clientWidth), cell(1 - y / this.canvas.clientHeight)];
@@ -74,7 +74,7 @@ class Painter {
     pen.stroke();
   }
 
-  // Draw something about a cell, given unwrapped, wherever it is in sight within a margin in pixels.
+  // Call draw for each visible copy of an unwrapped cell, including copies up to a margin (in pixels) outside.
   #copies([x, y], margin, draw) {
     const { size } = this.env, { side, scale, origin } = this, round = size * scale;
     const along = (at, axis) => ((((at + 0.5 - origin[axis]) % size) + size) % size) * scale;
@@ -94,7 +94,7 @@ class Painter {
     for (let t = first; t <= now; t++) {
       const from = paths.at(t, agent), to = t < now ? paths.at(t + 1, agent) : place, fresh = 1 - (now - t) / (length + 1);
       if (from[0] === to[0] && from[1] === to[1]) continue;
-      pen.strokeStyle = mix(own, ground, 0.15 + 0.6 * fresh); // opaque, as pieces overlap
+      pen.strokeStyle = mix(own, ground, 0.15 + 0.6 * fresh); // opaque, because pieces overlap
       pen.lineWidth = this.radius * (0.15 + 0.3 * fresh);
       this.#copies(from, 2 * scale + 2, (x, y) => {
         pen.beginPath();

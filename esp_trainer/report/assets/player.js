@@ -1,6 +1,6 @@
-// The player: which match, and where in it one is.
+// The player: selects a match and plays it.
 
-const PACE = 12; // steps a second
+const PACE = 12; // steps per second
 
 class Player {
   constructor(data, on) {
@@ -18,7 +18,7 @@ class Player {
     this.#controls();
   }
 
-  // Show a match: generations by number, of runs by number, from one of the starts or from cells.
+  // Show a match between generations of runs, both by number. start: number of a start, or cells.
   show({ predators, prey, start, name = "your own", step = 0 }) {
     const first = this.sides.findIndex(Boolean);
     this.predators = this.#pick("predators", predators ?? this.predators ?? { run: first });
@@ -32,7 +32,7 @@ class Player {
     this.draw();
   }
 
-  // A match with all that is drawn of it.
+  // Return a match with everything that is drawn of it.
   played(predators, prey, start) {
     const team = (side, { run, n }) => this.sides[run][side].team(n);
     const cells = typeof start === "number" ? this.data.starts[start] : start;
@@ -40,7 +40,7 @@ class Player {
     return { match, paths: new Paths(match, this.env), ...behavioursOf(match, this.env, this.thresholds) };
   }
 
-  // The first start from which the last generations' match ends with most prey caught.
+  // Return the first start from which the match of the last generations ends with the most prey caught.
   eventful() {
     const run = this.sides.find(Boolean), last = (side) => side.team(Math.max(0, side.generations.length - 1));
     let [best, most] = [0, 0];
@@ -53,7 +53,7 @@ class Player {
     return best;
   }
 
-  // The kept generation that is nearest to the one asked for; without one, the last.
+  // Return the kept generation nearest to the requested one; by default the last.
   #pick(side, { run, generation, n }) {
     const kept = this.sides[run][side].generations;
     const wanted = n ?? (generation === undefined ? kept.length - 1 : nearest_of(kept, generation));
@@ -76,12 +76,12 @@ class Player {
     if (this.time >= this.match.length) this.time = 0;
     this.playing = true;
     this.#toggled();
-    const turn = (this.turn ?? 0) + 1; // what was playing before has no say any more
+    const turn = (this.turn ?? 0) + 1; // ends the loop of an earlier play()
     this.turn = turn;
     let last = null;
     const tick = (now) => {
       if (!this.playing || this.turn !== turn) return;
-      const seconds = Math.min(0.1, (now - (last ?? now)) / 1000); // who was in another tab goes on from here
+      const seconds = Math.min(0.1, (now - (last ?? now)) / 1000); // without the time spent in another tab
       this.time = Math.min(this.match.length, this.time + seconds * PACE * this.speed);
       last = now;
       this.draw();
@@ -107,7 +107,7 @@ class Player {
     this.draw();
   }
 
-  // Everything that tells which match it is.
+  // Update all elements that show which match is selected.
   #settle() {
     for (const side of ["predators", "prey"]) {
       const { run, n, generation } = this[side], { name, generations } = this.sides[run][side];
@@ -138,7 +138,7 @@ class Player {
     byId("start").max = data.starts.length - 1;
     const again = () => this.show({ start: Number(byId("start").value) });
     byId("start").addEventListener("input", again);
-    // From a start of one's own back to where the slider stands, which is no input to it.
+    // A click on the slider at its value gives no input event, but must lead back from cells of the user's own.
     for (const kind of ["pointerup", "keyup"]) byId("start").addEventListener(kind, () => typeof this.start !== "number" && again());
     for (const side of ["predators", "prey"]) {
       const runs = byId(`${side}-run`);
@@ -152,7 +152,8 @@ class Player {
 
   #key(event) {
     const { key, target } = event;
-    const pages = ["Home", "End"].includes(key) && !target.closest("#play"); // no label promises them, and it is long
+    // Outside the player, Home and End scroll the page: it is long, and no label mentions these keys.
+    const pages = ["Home", "End"].includes(key) && !target.closest("#play");
     const focused = target.closest("button, summary, a") ? key === " " : target.closest("input") ? key !== " " : target.closest("select");
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || pages || focused || !this.#inView()) return;
     const keys = {
@@ -167,13 +168,13 @@ class Player {
     keys[key]();
   }
 
-  // Where the player is not seen, keys are the page's: space scrolls it.
+  // Return whether the player is visible. If not, keys act on the page: space scrolls it.
   #inView() {
     const { top, bottom } = document.querySelector(".stage").getBoundingClientRect();
     return bottom > 0 && top < window.innerHeight;
   }
 
-  // Where everybody stands now is the new start, with the dragged agent where it is let go.
+  // Let the user drag an agent. The current cells become the new start, with the agent where it is dropped.
   #dragging() {
     const { canvas } = this.painter;
     let cells = null, held = -1, moved = false;
@@ -205,7 +206,7 @@ class Player {
       this.draw();
     });
     canvas.addEventListener("pointercancel", () => { held = -1; });
-    // A finger on an agent drags it, elsewhere it scrolls the page.
+    // A finger on an agent drags it; elsewhere it scrolls the page.
     canvas.addEventListener("touchstart", (event) => { if (held >= 0) event.preventDefault(); }, { passive: false });
   }
 }
@@ -214,7 +215,7 @@ const byId = (id) => document.getElementById(id);
 const nearest_of = (kept, generation) => kept.reduce((best, each, i) => (
   Math.abs(each - generation) < Math.abs(kept[best] - generation) ? i : best), 0);
 
-// Options of a select, [[value, text, disabled], ...]; it hides where there is nothing to choose.
+// Set the options of a select, [[value, text, disabled], ...]. It is hidden if there is nothing to choose.
 function fill(select, options) {
   select.replaceChildren(...options.map(([value, textContent, disabled]) => element("option", { value, textContent, disabled: Boolean(disabled) })));
   select.hidden = options.length < 2;

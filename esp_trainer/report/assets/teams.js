@@ -1,9 +1,9 @@
-// Champions as they come with the page.
+// The champions that are stored in the page.
 
 // One side of a run: its champions of some generations, or its script.
 class Side {
   constructor({ name, script, controller, generations, genes }) {
-    this.name = name; // of a script
+    this.name = name; // name of a script
     this.script = tuple("number n_opponents n_actions in_turns", script ?? [0, 0, 0, false]);
     this.controller = controller ?? { n_together: 1, fan_in: [0], n_votes: 0 };
     this.generations = generations ?? [];
@@ -12,7 +12,7 @@ class Side {
 
   get scripted() { return this.script.number !== 0; }
 
-  // The n-th of its teams; of a script there is one.
+  // Return the n-th team of the side; a script is the only team of its side.
   team(n) {
     const { name, script, scripted, controller, generations } = this;
     const each = this.genes.length / Math.max(1, generations.length);
@@ -24,7 +24,7 @@ function floatsOf(base64) {
   return new Float32Array(Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer);
 }
 
-// A named tuple: its fields by name, and in order.
+// Return an array that also has its values as named fields, like a named tuple in Python.
 function tuple(names, values) {
   return Object.assign([...values], Object.fromEntries(names.split(" ").map((name, i) => [name, values[i]])));
 }

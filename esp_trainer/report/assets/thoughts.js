@@ -1,7 +1,7 @@
-// Why an agent moved: what each of its networks read and voted for, and the action that came of it.
+// The panel that explains an agent's action: inputs and votes of each of its networks, and the action that results.
 
 class Thoughts {
-  // choose: told the agent that was clicked.
+  // choose: called with the agent that was clicked.
   constructor(place, game, moves, choose) {
     Object.assign(this, { game, moves });
     this.buttons = range(game.agents).map((agent) => {

@@ -1,7 +1,7 @@
-// What is seen when in a match: a row for the captures and for each behaviour that was detected.
+// The timeline of a match: a row for the captures, and one for each detected behaviour.
 
 class Timeline {
-  // seek: told the step that was clicked.
+  // seek: called with the step that was clicked.
   constructor(place, behaviours, seek) {
     Object.assign(this, { place, behaviours, seek, cursors: [] });
   }
