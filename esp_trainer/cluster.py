@@ -1,7 +1,7 @@
-"""A Ray cluster to spread work over. Needs the extra ``ray``; nothing else of the trainer knows Ray.
+"""Work spread over a Ray cluster. It needs the extra ``ray``; no other module of the trainer imports Ray.
 
-Every node must have this package, in the driver's version. What a task computes depends on its arguments alone, so one
-that was lost with its worker or its node is simply played again.
+Every node must have this package, in the driver's version. The result of a task depends on its arguments alone, so a
+task that is lost with its worker or its node is simply run again.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from gymnasium.error import DependencyNotInstalled
 from esp_trainer.run.directory import versions
 
 RETRIES = 20
-"""How often a task is tried again whose worker died; one that kills its workers must not go on for ever."""
-_PATIENCE = 5.0  # seconds until a head node must have answered; Ray itself waits for two minutes
+"""Number of times that a task is retried after its worker died: a task that kills its workers must end some day."""
+_PATIENCE = 5.0  # seconds that a head node has to answer; Ray itself waits for two minutes
 
 
 @contextmanager
 def connected(address: str) -> Iterator[None]:
-    """Connect to a Ray cluster, for as long as it is needed.
+    """Connect to a Ray cluster until the context ends.
 
     Args:
-        address: ``HOST:PORT`` of its head node, ``auto`` for the one that this machine belongs to, or ``local`` to
-            start one here, on all cores, that ends with the connection.
+        address: ``HOST:PORT`` of the head node, ``auto`` for the cluster that this machine belongs to, or ``local`` to
+            start a cluster on all cores of this machine, which ends with the connection.
 
     Raises:
-        ConnectionError: There is none.
+        ConnectionError: No cluster answers at the address.
         DependencyNotInstalled: Ray is not installed.
     """
     try:
-        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # who starts a cluster here has agreed to nothing
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # users have not agreed to Ray's usage statistics
         import ray
     except ImportError:
         raise DependencyNotInstalled('a Ray cluster needs ray: install predprey-esp with its extra "ray"') from None
@@ -54,11 +54,11 @@ def connected(address: str) -> Iterator[None]:
 
 
 def _check_answers(address: str) -> None:
-    """Fail at once if nobody listens at HOST:PORT."""
+    """Raise :class:`ConnectionError` at once if nothing listens at HOST:PORT."""
     host, colon, port = address.rpartition(":")
     if not colon and address not in ("auto", "local"):
         raise ConnectionError(f"the address of a Ray cluster must be HOST:PORT, auto or local, got {address}")
-    if "//" in host or not colon:  # ray://, for Ray to judge
+    if "//" in host or not colon:  # Ray itself checks ray://, auto and local
         return
     try:
         socket.create_connection((host, int(port)), timeout=_PATIENCE).close()
@@ -67,35 +67,38 @@ def _check_answers(address: str) -> None:
 
 
 def cores() -> int:
-    """Those of the cluster's nodes that are alive."""
+    """Return the number of CPU cores of the cluster's nodes that are alive, at least 1."""
     import ray
 
     return max(1, int(ray.cluster_resources().get("CPU", 1)))
 
 
 def share(value: Any) -> Any:
-    """Put a value where every node can read it; as an argument of :func:`submit` it becomes the value again."""
+    """Put a value where every node can read it.
+
+    Return a reference. As an argument of :func:`submit` it becomes the value again.
+    """
     import ray
 
     return ray.put(value)
 
 
 def submit(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function on one core of some node; returns what :func:`gather` takes."""
+    """Call a function on one core of some node. Return a task for :func:`gather`."""
     return _remote(RETRIES).remote(_versions(), function, *arguments)
 
 
 def gather(tasks: Sequence[Any]) -> list[Any]:
-    """The results of tasks, in their order.
+    """Return the results of tasks, in their order.
 
-    Raises what a task raised; :class:`ConnectionError` if one was lost too often, or if a node cannot run it.
+    Raises the error of a task, or :class:`ConnectionError` if a task was lost too often or a node cannot run it.
     """
     import ray
 
     try:
         return list(ray.get(list(tasks)))
     except ray.exceptions.RayTaskError as error:
-        if isinstance(error.cause, (ImportError, RuntimeError)):  # as where our package is missing
+        if isinstance(error.cause, (ImportError, RuntimeError)):  # for example, the package is missing there
             reason = str(error.cause).strip().splitlines()[-1]
             raise ConnectionError(f"a node of the Ray cluster cannot play: {reason}") from None
         raise error.cause from None
@@ -104,7 +107,7 @@ def gather(tasks: Sequence[Any]) -> list[Any]:
 
 
 def ended(tasks: Sequence[Any], timeout: float) -> list[Any]:
-    """Those of some tasks that have ended; waits up to so many seconds for the first."""
+    """Return the tasks that have ended. Wait for the first of them up to ``timeout`` seconds."""
     import ray
 
     if not tasks or not ray.wait(list(tasks), timeout=timeout)[0]:
@@ -113,7 +116,7 @@ def ended(tasks: Sequence[Any], timeout: float) -> list[Any]:
 
 
 def cancel(tasks: Sequence[Any], grace: float) -> None:
-    """End tasks: by an interrupt, and if that does not help within ``grace`` seconds by killing their workers."""
+    """Interrupt tasks. Kill the workers of those that still run after ``grace`` seconds."""
     import ray
 
     left = list(tasks)
@@ -125,7 +128,10 @@ def cancel(tasks: Sequence[Any], grace: float) -> None:
 
 @lru_cache
 def _remote(retries: int) -> Any:
-    """What a worker runs, as Ray takes it: made once, as every one that is made is sent to all workers."""
+    """Return the function that workers run, in Ray's form.
+
+    It is made once, because Ray sends every such function to all workers.
+    """
     import ray
 
     return ray.remote(num_cpus=1, max_retries=retries)(_call)
@@ -137,7 +143,7 @@ def _versions() -> dict[str, str]:
 
 
 def _call(expected: dict[str, str], function: Callable[..., Any], *arguments: Any) -> Any:
-    """A task: a call, where the versions are those of the driver."""
+    """Call a function in a task, if this node has the driver's versions."""
     if _versions() != expected:
         here, there = (
             ", ".join(f"{name} {version}" for name, version in each.items()) for each in (_versions(), expected)

@@ -1,4 +1,4 @@
-"""Everything that a run depends on, in one frozen tree. The same config and seed give the same bytes."""
+"""All parameters of a run, in one tree of frozen configs. The same config and seed give the same bytes."""
 
 from __future__ import annotations
 
@@ -13,34 +13,35 @@ from predprey_env.settings import Settings, field_names, flat, unknown_field
 
 
 class SideConfig(Settings):
-    """Who plays one side: evolved controllers, or a script."""
+    """One side: evolved controllers, or a script."""
 
     policy: Literal["esp", PredatorScript, PreyScript] = "esp"
     """`esp` evolves the side; predators or prey may instead follow one of their scripts."""
 
     controller: Literal["split", "monolithic", "combiner", "double", "pairs", "central"] = "split"
-    """One network for each opponent, outputs summed per action (section VI); one network that sees all of them; one for
-    each and a further network that reads their outputs and decides (section VIII); two for each; one for each pair; or
-    one network that sees what the whole team sees and steers all of it (Yong & Miikkulainen, section III)."""
+    """Networks of each agent. `split`: one for each opponent, outputs summed per action (section VI). `monolithic`: one
+    that sees all opponents. `combiner`: one for each opponent, and a further network that reads their outputs and
+    decides (section VIII). `double`: two for each opponent. `pairs`: one for each pair of opponents. `central`: one
+    network that sees what the whole team sees and controls all of its agents (Yong & Miikkulainen, section III)."""
 
     n_hidden: int = Field(default=10, ge=1)
-    """Hidden neurons of each network (section V)."""
+    """Number of hidden neurons of each network (section V)."""
 
     bias: bool = False
-    """Whether hidden neurons have a bias gene."""
+    """True if hidden neurons have a bias gene."""
 
     output: Literal["logistic", "linear"] = "logistic"
     """Activation of the output neurons."""
 
     choice: Literal["most_votes", "drawn"] = "most_votes"
-    """How votes become an action: the one with the most (section VI), or one that is drawn, with chances in proportion
-    to e to the power of the votes, which opponents cannot foresee."""
+    """Choice of the action: `most_votes` takes the action with the most votes (section VI); `drawn` samples it with
+    probabilities proportional to the exponential of the votes, so that opponents cannot foresee it."""
 
     input_scale: float = Field(default=1.0, ge=1e-6, le=1e6)
     """Factor on the offsets that a network reads, in 1/cells; 1 feeds raw cells."""
 
     captured_vote: Literal["zero", "skip"] = "zero"
-    """What the network of a caught prey does: it votes on the offset (0, 0), or it has no vote."""
+    """Vote of the network of a caught prey: `zero` lets it vote on the offset (0, 0); `skip` gives it no vote."""
 
 
 _PAIRINGS: dict[str, dict[str, Any]] = {
@@ -49,69 +50,72 @@ _PAIRINGS: dict[str, dict[str, Any]] = {
     "hall_of_fame": {"past_share": 1.0, "past_choice": "uniform"},
     "mixed": {"past_share": 0.5, "past_choice": "uniform"},
 }
-"""What the field ``pairing`` of earlier versions meant."""
+"""Value of the field ``pairing`` of earlier versions -> fields that replace it."""
 
 
 class EspConfig(Settings):
     """Enforced SubPopulations: the parameters of section V."""
 
     subpopulation_size: int = Field(default=100, ge=4)
-    """Neurons in each subpopulation."""
+    """Number of neurons in each subpopulation."""
 
     init_range: float = Field(default=6.0, gt=0, le=1e6)
     """Initial genes are uniform in [-init_range, init_range]."""
 
     n_trials: int = Field(default=1000, ge=1)
-    """Trials a generation; in each, a team is drawn with replacement from the subpopulations."""
+    """Number of trials per generation; the team of each is sampled with replacement from the subpopulations."""
 
     n_episodes: int = Field(default=6, ge=1)
-    """Episodes a trial, each from a random start; their fitnesses are averaged."""
+    """Number of episodes per trial, each from a random start; their fitnesses are averaged."""
 
     past_share: float = Field(default=0.0, ge=0, le=1)
-    """Share of a trial's episodes against past champions of the other side, in whole episodes. The others are against
-    the other side's team of the same trial, and score both. The first generation has no champions to meet yet,
-    unless there is a league of other runs, and a script has none."""
+    """Fraction of a trial's episodes that are against past champions of the other side, in whole episodes. The others
+    are against the other side's team of the same trial, and score both teams. The first generation has no past
+    champions to play, unless there is a league of other runs, and a script has none."""
 
     past_choice: Literal["uniform", "recent", "latest", "spread", "contested"] = "uniform"
-    """Which past champions: any in the hall of fame; later ones more often, in proportion to their generation; the
-    latest; those of every strength equally often; or mostly those that win as often as they lose. Champions of a league
-    count as generation 0, and are the latest only while the run has none of its own."""
+    """Choice of the past champions. `uniform`: any in the hall of fame. `recent`: later ones more often, in proportion
+    to their generation. `latest`: the latest. `spread`: those of every strength equally often. `contested`: mostly
+    those that win as often as they lose. Champions of a league count as generation 0, and are the latest only while the
+    run has none of its own."""
 
     past_each_episode: bool = False
-    """Whether each episode of a trial meets a past champion of its own; else all of a trial meet the same."""
+    """True if each episode of a trial is against a past champion of its own; False if all are against the same one."""
 
     block_size: int = Field(default=1, ge=1)
-    """Trials in turn that have the same starts and past champions. What counts is then how much more a team earned than
-    the mean of its block, so that nobody breeds for an easy start; 1 counts the fitness as it is (section V)."""
+    """Number of trials in a row that have the same starts and past champions. The fitness of a team is then its
+    difference from the mean of its block, so that no neuron is selected for an easy start. With 1, fitness counts as it
+    is (section V)."""
 
     memory: float = Field(default=0.0, ge=0, lt=1)
-    """How much of a neuron's earlier trials counts in the next generation; 0 scores neurons by the mean fitness of one
+    """Weight of a neuron's earlier trials in the next generation; 0 scores neurons by the mean fitness of one
     generation's trials (section V)."""
 
     prior_trials: float = Field(default=0.0, ge=0, le=1e9)
-    """Trials of mean fitness that each neuron is scored with besides its own, so that few lucky trials count less."""
+    """Number of trials of mean fitness that a neuron is scored with besides its own, so that few lucky trials count
+    less."""
 
     wait_above: float = Field(default=1.0, gt=0, le=1)
     """A side that wins more than this fraction of its trials does not breed in that generation, so that the other can
     catch up. Predators win as far as they catch the prey, prey as far as they are not caught; 1 for never."""
 
     fitness_sharing: bool = False
-    """Competitive fitness sharing (Rosin & Belew 1997): what a team earns counts as its share of all that was earned
-    against the same opponents, so that beating one that few beat is worth more. Here opponents are known by their
-    neurons, as teams of the same trial are met only once."""
+    """Competitive fitness sharing (Rosin & Belew 1997): a team's fitness counts as its share of all fitness earned
+    against the same opponents, so that beating an opponent that few beat is worth more. Opponents are identified by
+    their neurons, because each team of a trial is an opponent only once."""
 
     elite_share: float = Field(default=0.25, gt=0, le=1 / 3)
-    """Share of each subpopulation that breeds; its children, two a pair, replace the worst."""
+    """Fraction of each subpopulation that breeds; its children, two for each pair, replace the worst neurons."""
 
     mate: Literal["uniform", "better_ranked"] = "uniform"
-    """Who a breeding neuron's mate is: any of the elite, or one that ranks no worse than itself."""
+    """Mate of a breeding neuron: `uniform` takes any of the elite, `better_ranked` one that ranks no worse."""
 
     hof_mates: int = Field(default=5, ge=0)
-    """How many pairs, the lowest ranked, mate with the neuron in the same place of a past champion instead."""
+    """Number of pairs, the lowest ranked, whose mate is instead the neuron in the same place of a past champion."""
 
     hof_size: int = Field(default=1000, ge=2)
-    """Champions of a side that are kept, in memory and on disk. When there are more, every second goes, then every
-    second of those and so on; the last stays."""
+    """Largest number of champions of a side that are kept, in memory and on disk. When there are more, every second is
+    dropped, then every second of the rest and so on; the last always stays."""
 
     mutation_rate: float = Field(default=0.4, ge=0, le=1)
     """Probability that a child has one gene changed."""
@@ -120,11 +124,11 @@ class EspConfig(Settings):
     """Scale of the Cauchy-distributed change."""
 
     mutation_limit: float = Field(default=10.0, gt=0, le=1e6)
-    """Changes larger than this are drawn again."""
+    """Largest change; larger ones are sampled again."""
 
     burst_after: int = Field(default=0, ge=0)
-    """Generations without a higher champion score after which all subpopulations start again around the last champion;
-    0 for never."""
+    """Number of generations without a higher champion score after which all subpopulations start again around the last
+    champion; 0 for never."""
 
     burst_scale: float = Field(default=0.3, gt=0, le=1e6)
     """Scale of the Cauchy-distributed spread around the champion after a burst."""
@@ -132,7 +136,7 @@ class EspConfig(Settings):
     @model_validator(mode="before")
     @classmethod
     def _of_pairing(cls, fields: Any) -> Any:
-        """Take the field that named the opponents in earlier versions."""
+        """Translate the field ``pairing``, which named the opponents in earlier versions."""
         if not isinstance(fields, dict) or "pairing" not in fields:
             return fields
         name = fields["pairing"]
@@ -162,66 +166,67 @@ class EspConfig(Settings):
 
     @property
     def n_past(self) -> int:
-        """Episodes of a trial against past champions."""
+        """Number of episodes of a trial against past champions."""
         return int(self.past_share * self.n_episodes + 0.5)
 
     @property
     def n_elite(self) -> int:
-        """Neurons of each subpopulation that breed."""
+        """Number of neurons of each subpopulation that breed."""
         return int(self.elite_share * self.subpopulation_size + 1e-9)  # 0.29 * 100 is 28.999...
 
 
 class ChampionConfig(Settings):
-    """How each generation's best teams are chosen and measured."""
+    """Choice and measurement of each generation's champions."""
 
     method: Literal["reevaluate", "argmax"] = "reevaluate"
-    """Replay the best trial teams of both sides against each other on fresh starts, or trust their trial scores."""
+    """Choice of the champions: `reevaluate` replays the best trial teams of both sides against each other on fresh
+    starts; `argmax` trusts their trial scores."""
 
     n_candidates: int = Field(default=20, ge=1)
-    """Teams of each side that are replayed; each meets all of the other side's."""
+    """Number of teams of each side that are replayed; each plays all of the other side's."""
 
     n_episodes: int = Field(default=1, ge=1)
-    """Episodes of each such meeting."""
+    """Number of episodes of each of these pairings."""
 
     n_past: int = Field(default=0, ge=0)
-    """Past champions of the other side, chosen by `esp.past_choice`, that all of the replayed teams also meet."""
+    """Number of past champions of the other side, chosen by `esp.past_choice`, that all replayed teams also play."""
 
     n_held_out: int = Field(default=200, ge=1)
-    """Episodes, from the same held-out starts in every generation, in which champion meets champion."""
+    """Number of episodes of champion against champion, from the same held-out starts in every generation."""
 
 
 class RunConfig(Settings):
-    """A whole run."""
+    """The config of a whole run."""
 
     preset: str = "custom"
-    """Name of the preset that this began as."""
+    """Name of the preset that the config began as."""
 
     seed: int = Field(default=0, ge=0, lt=2**63)
-    """Every random number follows from this."""
+    """Seed that determines every random number."""
 
     generations: int = Field(default=450, ge=1)
-    """Generations to evolve."""
+    """Number of generations to evolve."""
 
     checkpoint_every: int = Field(default=10, ge=1)
-    """Generations between checkpoints: the most that a killed run loses."""
+    """Number of generations between checkpoints: the most that a killed run loses."""
 
     league: str = ""
-    """SHA-256 of the champions of other runs that are in the opponent pools; empty without any."""
+    """SHA-256 of the league, the champions of other runs that are in the opponent pools; empty without a league."""
 
     env: EnvConfig = EnvConfig()
     """The world."""
 
     predators: SideConfig = SideConfig()
-    """Who hunts."""
+    """The side that hunts."""
 
     prey: SideConfig = SideConfig()
-    """Who flees."""
+    """The side that flees."""
 
     esp: EspConfig = EspConfig()
-    """How they evolve."""
+    """Parameters of evolution."""
 
     champion: ChampionConfig = ChampionConfig()
-    """How the best are found."""
+    """Choice and measurement of champions."""
 
     @model_validator(mode="after")
     def _plays(self) -> RunConfig:
@@ -234,8 +239,10 @@ class RunConfig(Settings):
         return self
 
     def with_fields(self, fields: Mapping[str, Any]) -> RunConfig:
-        """A validated copy with some fields changed, by their names with dots, ``{"esp.n_trials": 200}``, or by
-        sections, ``{"esp": {"n_trials": 200}}``.
+        """Return a validated copy with some fields changed.
+
+        The fields are given by their names with dots, ``{"esp.n_trials": 200}``, or by sections,
+        ``{"esp": {"n_trials": 200}}``.
         """
         if not isinstance(fields, Mapping):
             raise ValueError(f"fields must be a mapping from names of fields to values, got {fields!r}")

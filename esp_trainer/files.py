@@ -1,6 +1,7 @@
 """Arrays and JSON on disk: written whole or not at all, and refused when damaged. Nothing is ever unpickled.
 
-Arrays go into safetensors with one JSON header that names its kind and schema and carries a digest of all it describes.
+Arrays are stored in safetensors with a JSON header, which holds the kind of the file, its schema, and a digest of the
+arrays and the header.
 """
 
 from __future__ import annotations
@@ -28,17 +29,18 @@ _HEADER = "esp_trainer"
 
 
 class DamagedFileError(ValueError):
-    """A file that is truncated, altered, foreign or of another schema."""
+    """A file is truncated, altered, foreign or of another schema."""
 
 
 def write(path: Path, data: bytes) -> None:
-    """Put a file in place whole: written beside it, synced, renamed. It keeps its mode, where the system can.
+    """Write a file whole, by syncing and renaming a new file beside it. The file keeps its mode, where the system can.
 
-    A symbolic link stays, and the file that it points to is written. Some things are written to instead of replaced:
-    what is no file (a pipe, say), where standard output goes, and a file whose directory takes no other.
+    A symbolic link stays, and its target is written. Some targets are written to instead of replaced: a target that is
+    no regular file (such as a pipe), the file that standard output or standard error goes to, and a file whose
+    directory allows no other file.
     """
     with naming(path):
-        for descriptor in (1, 2):  # --csv /dev/stdout > file, say, keeps what else is printed
+        for descriptor in (1, 2):  # `--csv /dev/stdout > file` must not replace other output
             if _is_open_as(descriptor, path):
                 sys.stdout.flush()
                 with open(descriptor, "wb", closefd=False) as file:
@@ -57,7 +59,7 @@ def write(path: Path, data: bytes) -> None:
 
 
 _CANNOT_REPLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EBUSY, errno.ENAMETOOLONG)
-"""Errors of a directory that takes no other file, of a file that is mounted by itself, and of a long name."""
+"""Errors of a directory in which no file can be made, of a file that is a mount point, and of a long name."""
 
 
 def _replace(place: Path, data: bytes) -> None:
@@ -65,22 +67,22 @@ def _replace(place: Path, data: bytes) -> None:
     try:
         with beside.open("wb") as file:
             if place.exists():
-                place.open("ab").close()  # a file that may not be written stays
-                with suppress(OSError):  # some file systems know no modes, or give them themselves
+                place.open("ab").close()  # refuse a read-only file, which a rename would replace
+                with suppress(OSError):  # some file systems have no modes, or set them themselves
                     shutil.copymode(place, beside)
             file.write(data)
             file.flush()
             sync(file.fileno())
         beside.replace(place)
-    except BaseException:  # Ctrl-C too
+    except BaseException:  # Ctrl-C included
         beside.unlink(missing_ok=True)
         raise
 
 
 def _target(path: Path) -> Path:
-    """The path behind symbolic links. There need not be a file yet."""
+    """Return the path behind symbolic links. The file need not exist yet."""
     target = Path(os.path.realpath(path))
-    if target.is_symlink():
+    if target.is_symlink():  # links that form a loop  # links that form a loop  # links that form a loop
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
     return target
 
@@ -93,21 +95,24 @@ def _is_open_as(descriptor: int, path: Path) -> bool:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Put a text in place whole, in UTF-8; bytes of a path that are no text are written as escapes."""
+    """Write a text file whole, in UTF-8. Bytes of a path that are not valid text are written as escapes."""
     write(path, text.encode(errors="backslashreplace"))
 
 
 def write_table(path: Path, rows: Iterable[Iterable[object]]) -> None:
-    """Put a CSV file in place whole."""
+    """Write a CSV file whole."""
     text = io.StringIO(newline="")
     csv.writer(text).writerows(rows)
     write_text(path, text.getvalue())
 
 
 def check_place(path: Path) -> None:
-    """Raise now, before the work whose outcome it is to hold, what a :func:`write` there would raise in any case."""
+    """Raise the error that :func:`write` to this path would raise in any case.
+
+    Call it before long work, so that a wrong path does not cost the result.
+    """
     with naming(path):
-        if path.is_fifo() or path.is_char_device():  # a pipe that is opened and closed has ended for who reads it
+        if path.is_fifo() or path.is_char_device():  # opening and closing a pipe would end it for its reader
             if not os.access(path, os.W_OK):
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         elif path.exists():
@@ -120,7 +125,7 @@ def check_place(path: Path) -> None:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Let an error of the operating system name the file that the user knows."""
+    """Raise errors of the operating system with the path that the user knows."""
     try:
         yield
     except OSError as error:
@@ -128,7 +133,7 @@ def naming(path: Path) -> Iterator[None]:
 
 
 def in_words(error: OSError) -> str:
-    """An error of the operating system in one line: the file, and what is wrong with it."""
+    """Return an error of the operating system as one line: the file, and what is wrong with it."""
     where = f"{error.filename}: " if error.filename else ""
     return f"{where}{error.strerror}" if error.strerror else str(error)
 
@@ -143,7 +148,7 @@ def sync(descriptor: int) -> None:
 
 
 _CANNOT_SYNC = (errno.ENOSYS, errno.EINVAL, errno.EBADF, errno.EOPNOTSUPP, errno.ENOTSUP)
-"""Errors of file systems that sync no directories, or nothing at all."""
+"""Errors of file systems that cannot sync directories, or cannot sync at all."""
 
 
 def sync_directory(directory: Path) -> None:
@@ -159,12 +164,12 @@ def sync_directory(directory: Path) -> None:
 
 
 def to_json(value: Any) -> bytes:
-    """JSON that is the same for equal values."""
+    """Return a value as JSON. The same value, in the same order, gives the same bytes."""
     return (json.dumps(value, indent=2, allow_nan=False) + "\n").encode()
 
 
 def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-    """Write arrays with a header of JSON values."""
+    """Write arrays and a header of JSON values to a file of some kind."""
     whole = {"kind": kind, "schema": SCHEMA, **header}
     whole["digest"] = digest_of_arrays(arrays, whole)
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
@@ -172,9 +177,13 @@ def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappi
 
 
 def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """The header and the arrays of a file of that kind, or :class:`DamagedFileError` in one line.
+    """Return the header and the arrays of a file of that kind.
 
-    Numbers must be ``finite``, unless nan stands for what could not be measured.
+    Floats must be finite if ``finite``; otherwise nan may stand for a value that could not be measured.
+
+    Raises:
+        FileNotFoundError: There is no such file.
+        DamagedFileError: The file is damaged, or of another kind. The message is one line.
     """
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not there" if not path.exists() else f"{path} is not a file")
@@ -199,12 +208,12 @@ def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str
 
 
 def digest_of(path: Path) -> str:
-    """SHA-256 of a file's bytes."""
+    """Return the SHA-256 of a file's bytes."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def digest_of_arrays(arrays: Mapping[str, np.ndarray], header: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """SHA-256 of arrays with their names, types and shapes, and of a header of JSON values."""
+    """Return the SHA-256 of arrays with their names, types and shapes, and of a header of JSON values."""
     digest = hashlib.sha256(json.dumps(dict(header), sort_keys=True, allow_nan=False).encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])

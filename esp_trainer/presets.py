@@ -1,4 +1,4 @@
-"""The experiments, each one frozen object and one word on the command line."""
+"""Presets: the experiments, each one frozen config with a name for the command line."""
 
 from __future__ import annotations
 
@@ -118,11 +118,11 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         ),
     ),
 }
-"""Name -> what it is, and its config."""
+"""Name -> description and config."""
 
 
 def preset(name: str) -> RunConfig:
-    """The config of a preset; :class:`ValueError` names the nearest for one that does not exist."""
+    """Return the config of a preset. :class:`ValueError` for an unknown name suggests the nearest one."""
     if name not in PRESETS:
         near = difflib.get_close_matches(name, PRESETS, n=1)
         hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(PRESETS)}"

@@ -1,4 +1,4 @@
-"""What a set of episodes says, with intervals."""
+"""Results of a set of episodes, with 95% intervals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _Z_95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Rate:
-    """A share with its 95% Wilson interval."""
+    """An estimate with its 95% interval: a proportion (Wilson interval), a mean score, or a rating in points."""
 
     rate: float
     low: float
@@ -26,17 +26,20 @@ class Rate:
 
 
 def in_points(rating: Rate) -> str:
-    """A rating with its interval, in whole points."""
+    """Return a rating with its interval as text, in whole points."""
     return f"{rating.rate:z.0f} [{rating.low:z.0f}, {rating.high:z.0f}]"
 
 
 def wilson(successes: int, n: int) -> Rate:
-    """The share of successes among ``n`` and its 95% score interval (Wilson 1927)."""
+    """Return the fraction of successes among ``n``, with its 95% score interval (Wilson 1927)."""
     return wilson_of(successes / n, n)
 
 
 def wilson_of(share: float, n: int) -> Rate:
-    """The same of a share that need not be a whole number of ``n``, such as that of prey in ``n`` episodes."""
+    """Return a fraction of ``n`` with its 95% Wilson interval.
+
+    The fraction need not be a whole number of successes: the fraction of prey caught in ``n`` episodes, for example.
+    """
     centre = (share + _Z_95**2 / (2 * n)) / (1 + _Z_95**2 / n)
     half = _Z_95 / (1 + _Z_95**2 / n) * sqrt(share * (1 - share) / n + (_Z_95 / (2 * n)) ** 2)
     return Rate(share, min(share, max(0.0, centre - half)), max(share, min(1.0, centre + half)))
@@ -44,28 +47,28 @@ def wilson_of(share: float, n: int) -> Rate:
 
 @dataclass(frozen=True)
 class Captures:
-    """How a predator team and a prey team did against each other."""
+    """Results of a predator team against a prey team."""
 
     episodes: int
     predators_succeed: Rate
-    """All prey caught."""
+    """Fraction of episodes in which all prey were caught."""
     prey_succeed: Rate
-    """No prey caught."""
+    """Fraction of episodes in which no prey was caught."""
     caught: Rate
-    """Prey caught, of all prey of all episodes. As those of one episode are not caught independently, the interval is
-    that of as many trials as there are episodes: wide enough even if they always share their fate."""
+    """Fraction of prey caught, over all episodes. The prey of one episode are not caught independently, so the interval
+    is that of as many trials as there are episodes. It is wide enough even if they always share their fate."""
     caught_by_even: list[Rate | None]
-    """The same by how many predators started at an even Manhattan distance from the prey, 0 to all; None where no prey
-    did."""
+    """Fraction of prey caught, by the number of predators that started at an even Manhattan distance from the prey, 0
+    to all; None for a number that no prey had."""
     steps: float
-    """Mean length of an episode."""
+    """Mean length of an episode, in time steps."""
     predator_fitness: float
-    """Mean over predators and episodes."""
+    """Mean fitness over predators and episodes."""
     prey_fitness: float
-    """Mean over prey and episodes."""
+    """Mean fitness over prey and episodes."""
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON values."""
+        """Return the fields as JSON values."""
         return asdict(self)
 
 
@@ -73,8 +76,9 @@ def count_captures(result: TrialResult, even: np.ndarray, n_predators: int) -> C
     """Summarise a batch.
 
     Args:
-        result: What came of it.
-        even: For each prey, how many predators started at an even distance: int, of the shape of ``result.captured``.
+        result: Result of the batch.
+        even: Number of predators that start at an even distance from each prey: int, of the shape of
+            ``result.captured``.
         n_predators: Predators in the team.
     """
     captured = result.captured.reshape(-1, result.captured.shape[-1])

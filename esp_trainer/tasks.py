@@ -5,4 +5,4 @@ from __future__ import annotations
 from predprey_env.config import EnvConfig
 
 TASKS: dict[str, EnvConfig] = {"3v2": EnvConfig(), "3v1": EnvConfig(n_prey=1)}
-"""By name: the paper's two (section VI)."""
+"""Name -> world: the paper's two worlds (section VI)."""
