@@ -1,1 +1,1 @@
-"""Two sides that evolve against each other."""
+"""Coevolution of two sides, each evolving against the other."""

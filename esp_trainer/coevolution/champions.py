@@ -1,7 +1,7 @@
-"""Which of a generation's teams is its champion.
+"""Choice of the champions of a generation.
 
-The best of a thousand six-episode scores is mostly luck, so by default the best twenty teams of each side meet each
-other again on fresh starts, and past champions if asked for, and the best mean wins.
+The best of a thousand six-episode scores is mostly luck. By default the best twenty teams of each side therefore play
+each other again on fresh starts, and past champions if ``champion.n_past`` is set. The team with the best mean wins.
 """
 
 from __future__ import annotations
@@ -37,26 +37,26 @@ class Contenders:
     genomes: np.ndarray = field(repr=False)
     """float32 ``(n_teams, n_agents, n_networks, n_hidden, n_genes)``, copied."""
     scores: Fitness = field(repr=False)
-    """What they earned in their trials, ``(n_teams,)``."""
+    """Fitness of each team in its trial, mean over agents, ``(n_teams,)``."""
 
 
 @dataclass(frozen=True)
 class Champion:
-    """A generation's best team of one side."""
+    """The best team of one side in a generation."""
 
     controller: Controller = field(repr=False)
     genomes: np.ndarray = field(repr=False)
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     score: float
-    """Its mean fitness: over its meetings with all contenders of the other side, or in its trial (``argmax``)."""
+    """Mean fitness against all contenders of the other side and past champions, or in its trial (``argmax``)."""
 
     def as_teams(self, n_trials: int) -> EvolvedTeams:
-        """The champion in every trial of a batch."""
+        """Repeat the champion for each trial of a batch."""
         return in_every_trial(self.controller, self.genomes, n_trials)
 
 
 def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contenders:
-    """The teams with the highest mean over agents of ``fitness``, ``(n_trials, n_agents)``."""
+    """Return the teams with the highest ``fitness``, ``(n_trials, n_agents)``, averaged over agents."""
     scores = fitness.mean(axis=1)
     best = np.argsort(-scores, kind="stable")[:n_teams]
     return Contenders(teams.controller, pick(teams, best), scores[best])
@@ -69,14 +69,17 @@ def choose_champions(
     generator: np.random.Generator,
     past: Mapping[Role, EvolvedTeams] = MappingProxyType({}),
 ) -> dict[Role, Champion]:
-    """The champion of each evolving side; ``past`` are champions of the side's opponents that its contenders meet."""
+    """Return the champion of each evolving side.
+
+    ``past`` holds, for a side, past champions of the other side that its contenders also play.
+    """
     evolving = {role: side for role, side in contenders.items() if isinstance(side, Contenders)}
     if config.method == "argmax":
         return {role: Champion(c.controller, c.genomes[0], float(c.scores[0])) for role, c in evolving.items()}
     counts = [len(side.scores) if isinstance(side, Contenders) else 1 for side in (contenders[r] for r in ROLES)]
     which = dict(zip(ROLES, np.indices(counts).reshape(2, -1), strict=True))
     teams: dict[Role, Teams] = {role: _meet(contenders[role], which[role]) for role in ROLES}
-    # Against a fixed team, which is one opponent, as many episodes as against the other side's contenders.
+    # A fixed side is one opponent: play as many episodes against it as against n_candidates contenders.
     n_episodes = config.n_episodes * (1 if len(evolving) == len(ROLES) else config.n_candidates)
     starts = evaluator.starts.draw(generator, len(which["prey"]), n_episodes)
     result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
@@ -101,10 +104,12 @@ def _meet_past(
     evaluator: Evaluator,
     generator: np.random.Generator,
 ) -> Fitness:
-    """Return what each contender earns against each past champion, ``(n_teams, n_past)``, from common starts."""
+    """Return the mean fitness of each contender against each past champion, ``(n_teams, n_past)``."""
     which, met = np.indices((len(side.scores), len(past.indices))).reshape(2, -1)
     opponents = EvolvedTeams(past.controller, past.genomes, past.indices[met])
     teams: dict[Role, Teams] = {role: _meet(side, which), other_team(role): opponents}
+
+    # All contenders start alike against a champion, so that their scores can be compared.
     starts = evaluator.starts.draw(generator, len(past.indices), n_episodes)[met]
     result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
     return np.asarray(result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1))

@@ -33,19 +33,19 @@ from predprey_env.policies.names import other_team
 
 @dataclass(frozen=True)
 class Generation:
-    """What a generation brought."""
+    """The results of a generation."""
 
     number: int
     trials: dict[Role, Trials]
     champions: dict[Role, Champion]
     spreads: dict[Role, Spread]
-    """Of the subpopulations that its teams were drawn from."""
+    """Diversity and scale of the genes in the subpopulations that the teams were sampled from."""
     signals: dict[Role, Signal]
-    """The signal of each side's selection."""
+    """Signal of each side's selection."""
     held_out: Captures
-    """Champion against champion, or against the fixed side, from the held-out starts."""
+    """Results of champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
-    """Wall time by phase."""
+    """Wall time of each phase, in seconds."""
 
 
 class Coevolution:
@@ -60,7 +60,7 @@ class Coevolution:
 
     @property
     def done(self) -> int:
-        """Generations so far."""
+        """Number of generations played."""
         return next(iter(self.evolving.values())).hall_of_fame.done
 
     @property
@@ -70,18 +70,18 @@ class Coevolution:
 
     @property
     def fixed(self) -> dict[Role, Fixed]:
-        """The side that does not, if there is one."""
+        """The side that does not evolve, if there is one."""
         return {role: side for role, side in self.sides.items() if not isinstance(side, EvolvingSide)}
 
     def step(self, number: int) -> Generation:
-        """Play a generation and go on with the sides that it bred."""
+        """Play a generation and continue with the sides that it bred."""
         generation, self.sides = self.play(number)
         return generation
 
     def play(self, number: int) -> tuple[Generation, dict[Role, Side]]:
-        """Play, score, choose champions and breed; return the generation and the sides that it bred.
+        """Play, score, choose champions and breed. Return the generation and the sides that it bred.
 
-        Nothing here changes before the caller sets :attr:`sides`: a generation that fails can be played again.
+        This object does not change until the caller sets :attr:`sides`, so a generation that fails can be played again.
         """
         begun = perf_counter()
         populations = {role: deepcopy(side.subpopulations) for role, side in self.evolving.items()}
@@ -90,7 +90,7 @@ class Coevolution:
         parts = self._play_trials(asked, number)
         trials = {role: summarise(own, self.config.esp) for role, own in parts.items()}
         fames = {role: _remember(side.hall_of_fame, role, parts) for role, side in self.evolving.items()}
-        del parts  # most of what a generation of many trials holds
+        del parts  # frees most of the memory of a generation with many trials
         played = perf_counter()
         champions = self._choose(asked, trials, number)
         chosen = perf_counter()
@@ -105,7 +105,7 @@ class Coevolution:
                 sides[role] = replace(before, hall_of_fame=fames[role].with_champion(champions[role].genomes))
                 continue
             share: float | None = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
-            # An algorithm of somebody's own need not say how much signal it had.
+            # A user's own algorithm may return None instead of its signal.
             signals[role] = Signal(float("nan") if share is None else share, ties(trials[role].fitness))
             fame = fames[role].with_champion(champions[role].genomes)
             sides[role] = self._bred(before, population, fame, champions[role], breeding)
@@ -128,6 +128,7 @@ class Coevolution:
     def _play_trials(self, asked: dict[Role, EvolvedTeams], number: int) -> dict[Role, list[Part]]:
         """Play every evolving side's trials, against the other side's teams and against its past champions."""
         esp = self.config.esp
+        # There are no past champions in the first generation, and none of a script.
         n_past = esp.n_past if all(map(self._has_past, asked)) else 0
         n_blocks, n_present = -(-esp.n_trials // esp.block_size), esp.n_episodes - n_past
         drawn = self.evaluator.starts.draw(self._stream("starts", number), n_blocks, esp.n_episodes)
@@ -144,7 +145,7 @@ class Coevolution:
         return parts
 
     def _meet_past(self, role: Role, teams: EvolvedTeams, starts: np.ndarray, number: int) -> Part:
-        """Episodes of one side's teams, from ``starts`` ``(n_trials, n_episodes, ...)``, against past champions."""
+        """Play one side's teams, from ``starts`` ``(n_trials, n_episodes, ...)``, against past champions."""
         esp, other = self.config.esp, self.evolving[other_team(role)]
         n_trials, n_episodes = starts.shape[:2]
         n_each = n_episodes if esp.past_each_episode else 1
@@ -152,6 +153,7 @@ class Coevolution:
         shape = -(-n_trials // esp.block_size), n_each
         chosen = by_block(CHOICES[esp.past_choice](other.hall_of_fame, shape, generator), esp.block_size, n_trials)
         opponents = past_teams(other.subpopulations.controller, other.hall_of_fame, chosen.ravel())
+        # With a champion for each episode, each episode is a trial of its own for the evaluator.
         apart = starts.reshape(n_trials * n_each, -1, *starts.shape[2:])
         result = play(self.evaluator, self._batch({role: teams.repeated(n_each), other_team(role): opponents}, apart))
         return Part.of(result, role, opponents, np.broadcast_to(chosen, (n_trials, n_episodes)))
@@ -174,12 +176,12 @@ class Coevolution:
         return choose_champions(contenders, settings, self.evaluator, generator, past)
 
     def _has_past(self, role: Role) -> bool:
-        """Whether there are past champions that a side can meet."""
+        """Return whether a side's opponents have past champions."""
         other = self.sides[other_team(role)]
         return isinstance(other, EvolvingSide) and len(other.hall_of_fame) > 0
 
     def _past(self, role: Role, n: int, number: int) -> EvolvedTeams:
-        """Choose past champions that the candidates of a side meet."""
+        """Return past champions of a side's opponents that its candidates play."""
         other = self.evolving[other_team(role)]
         generator = self._stream(f"{role} candidates' opponents", number)
         chosen = CHOICES[self.config.esp.past_choice](other.hall_of_fame, (n,), generator)
@@ -193,8 +195,9 @@ class Coevolution:
         champion: Champion,
         generator: np.random.Generator,
     ) -> EvolvingSide:
-        """Return a side after its generation. Its population starts again around the champion if none has scored higher
-        for long.
+        """Return a side after its generation.
+
+        Its subpopulations start again around the champion if none has scored higher for ``burst_after`` generations.
         """
         best, stagnant = before.best, before.stagnant + 1
         if champion.score > best:

@@ -1,4 +1,4 @@
-"""Episodes as the algorithm needs them: played, and with results that can be compared."""
+"""Episodes for the algorithm: played by an evaluator whose results are checked."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 
 from esp_trainer.types import ROLES, Evaluator, TrialBatch, TrialResult
 
-_MOST = 1e100  # of which so many can be added up
+_MOST = 1e100  # largest fitness, so that sums stay finite
 
 
 def play(evaluator: Evaluator, batch: TrialBatch) -> TrialResult:
     """Play a batch.
 
-    Raises :class:`ValueError` if the evaluator returns arrays of another shape or kind than
-    :class:`~esp_trainer.types.TrialResult` has, or a fitness that is not finite: whose, and in which episode.
+    Raises :class:`ValueError` if the evaluator returns arrays of another shape or type than
+    :class:`~esp_trainer.types.TrialResult` has, or a fitness that is not finite, with its agent, trial and episode.
     """
     result = evaluator.evaluate(batch)
     fitness, captured = np.asarray(result.fitness), np.asarray(result.captured)

@@ -1,18 +1,18 @@
-"""The champions of past generations (section V; Rosin & Belew 1997), as many as there is room for, and guests."""
+"""Hall of fame: champions of past generations (section V; Rosin & Belew 1997), up to a maximum size, and guests."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _REMEMBERED = 0.9
-"""Share of earlier results that counts on in the next generation: those who meet the champions change."""
+"""Factor on earlier results in each generation: they count less and less, as the opponents of the champions change."""
 
 
 def kept_generations(done: int, size: int) -> np.ndarray:
-    """The generations whose champions are kept after ``done`` of them, at most ``size``, in order.
+    """Return the generations whose champions are kept after ``done`` generations: at most ``size``, in order.
 
-    All while there is room; then every second, every fourth and so on, and always the last. So a hall of fame that is
-    full still reaches back evenly to the beginning, and which champions it holds follows from its length alone.
+    All are kept while there is room; then every second, every fourth and so on, and always the last. So a full hall of
+    fame still reaches back evenly to the beginning. The champions that it holds depend on the two arguments alone.
     """
     if done < 0:
         raise ValueError(f"generations must be at least 0, got {done}")
@@ -28,20 +28,18 @@ def _last_is_extra(stride: int, done: int) -> bool:
 
 
 class HallOfFame:
-    """The pool of one side's champions that opponents meet; it is never changed.
+    """An immutable pool of one side's champions, for opponents to play.
 
-    Its members are first the guests, champions of other runs that always stay, and then the run's own champions of the
-    generations that :func:`kept_generations` names, in order. A member's place is its index among them.
+    Its members are first the guests, champions of other runs that always stay. Then come the run's own champions of the
+    generations that :func:`kept_generations` returns, in order. A member's place is its index among the members.
 
     Args:
         champions: The champions of ``kept_generations(done, size)``, float32
             ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``; copied.
-        size: The most champions that are kept, at least 2.
-        done: Generations so far.
-        met: What is remembered of the last generations in which each member was met: how often it won, and how often
-            it was met, float64 ``(n_members, 2)``; by default nothing.
-        guests: Champions of other runs, float32 ``(n_guests, n_agents, n_networks, n_hidden, n_genes)``; by default
-            none.
+        size: Largest number of champions that are kept, at least 2.
+        done: Number of generations so far.
+        met: Wins and episodes of each member, float64 ``(n_members, 2)``; earlier ones count less. By default zeros.
+        guests: Champions of other runs, float32 ``(n_guests, n_agents, n_networks, n_hidden, n_genes)``, or None.
     """
 
     def __init__(
@@ -56,7 +54,7 @@ class HallOfFame:
         if len(champions) != expected:
             raise ValueError(f"after {done} generations {expected} champions are kept, got {len(champions)}")
         self.champions = champions.copy()
-        """All champions of the run's own that are kept; read-only."""
+        """The run's own champions that are kept; read-only."""
         self.champions.flags.writeable = False
         self.guests = np.empty((0, *champions.shape[1:]), np.float32) if guests is None else guests
         if self.guests.shape[1:] != champions.shape[1:]:
@@ -67,12 +65,13 @@ class HallOfFame:
 
     @property
     def generations(self) -> np.ndarray:
-        """The generation of each member; 0 for guests."""
+        """Generation of each member; 0 for guests."""
         return np.append(np.zeros(len(self.guests), int), kept_generations(self.done, self.size))
 
     def with_champion(self, champion: np.ndarray) -> HallOfFame:
-        """Return the hall of fame after one more generation; its champion is ``(n_agents, n_networks, n_hidden,
-        n_genes)``.
+        """Return the hall of fame after one more generation.
+
+        The generation's champion is ``(n_agents, n_networks, n_hidden, n_genes)``.
         """
         if champion.shape != self.champions.shape[1:]:
             raise ValueError(f"a champion must have shape {self.champions.shape[1:]}, got {champion.shape}")
@@ -84,11 +83,11 @@ class HallOfFame:
         return HallOfFame(champions, self.size, self.done + 1, met, self.guests)
 
     def with_results(self, which: np.ndarray, won: np.ndarray) -> HallOfFame:
-        """Return the hall of fame after some episodes against its members.
+        """Return the hall of fame with the results of some episodes against its members.
 
         Args:
-            which: Places of the members that were met, int.
-            won: How far each of them won, in [0, 1], of the same shape.
+            which: Place of the member in each episode, int.
+            won: Result of this member, from 0 (lost) to 1 (won), of the same shape.
         """
         n = len(self)
         new = [np.bincount(which.ravel(), weights, n) for weights in (won.ravel(), np.ones(won.size))]
@@ -98,14 +97,14 @@ class HallOfFame:
     def members(self, places: np.ndarray) -> np.ndarray:
         """Return the genomes of the members in some places, int ``(n,)`` in ascending order."""
         n_guests = len(self.guests)
-        own = np.searchsorted(places, n_guests)  # copies only the members that are asked for
+        own = np.searchsorted(places, n_guests)  # guests come first; copies no other members
         return np.concatenate([self.guests[places[:own]], self.champions[places[own:] - n_guests]])
 
     @property
     def wins(self) -> np.ndarray:
-        """How often each member wins, in (0, 1): 0.5 for one that was not met lately."""
+        """Estimated win rate of each member, in (0, 1); 0.5 for a member without recent episodes."""
         return (self.met[:, 0] + 0.5) / (self.met[:, 1] + 1.0)
 
     def __len__(self) -> int:
-        """Members, guests included."""
+        """Return the number of members, guests included."""
         return len(self.guests) + len(self.champions)

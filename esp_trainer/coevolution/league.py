@@ -1,7 +1,7 @@
 """A league of seeds: champions of other runs in the opponent pools of a run.
 
-The other runs began from other seeds, so that their champions play in ways that the run's own champions may never have
-shown: league training (Vinyals et al. 2019) without training the league.
+The other runs began from other seeds, so their champions may play in ways that the run's own champions never show. This
+is league training (Vinyals et al. 2019) without training the league.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class Source:
     preset: str
     seed: int
     generations: tuple[int, ...]
-    """Generations whose champions were taken, of each side that evolved."""
+    """Generations whose champions were taken, for each side that evolved."""
 
 
 @dataclass(frozen=True, eq=False)
 class League:
-    """Champions of other runs, by the side that they play. They are never bred from, and never leave the pool."""
+    """Champions of other runs, by the side that they play. They never breed, and never leave the pool."""
 
     genomes: Mapping[Role, np.ndarray] = field(default_factory=dict, repr=False)
     """float32 ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``, run by run."""
@@ -41,13 +41,13 @@ class League:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the genomes; empty for a league without any."""
+        """SHA-256 of the genomes; empty for a league without champions."""
         return digest_of_arrays(self._arrays()) if self.genomes else ""
 
     def enter(self, config: RunConfig) -> RunConfig:
         """Return the config of a run that has this league.
 
-        Raises :class:`ValueError` if the run would never meet it, or if the config names another league.
+        Raises :class:`ValueError` if the run would never play against it, or if the config names another league.
         """
         if config.league not in ("", self.digest):
             raise ValueError(f"the config names the league {config.league}, got {self.digest or 'none'}")
@@ -56,7 +56,7 @@ class League:
         return config.replace(league=self.digest)
 
     def save(self, path: Path) -> None:
-        """Write it to one file."""
+        """Write the league to one file."""
         sources = [asdict(source) for source in self.sources]
         write_arrays(path, "league", {"sources": sources}, self._arrays())
 
@@ -65,7 +65,7 @@ class League:
 
     @classmethod
     def load(cls, path: Path, digest: str) -> League:
-        """Read the league with a digest; that of the empty digest has no file.
+        """Read the league with a digest. The empty digest stands for no league, which needs no file.
 
         Raises :class:`FileNotFoundError` if the file is missing, :class:`DamagedFileError` if it holds anything else.
         """
@@ -83,11 +83,11 @@ class League:
 
 
 NO_LEAGUE = League()
-"""The league of a run whose opponent pools hold only its own champions."""
+"""League of a run whose opponent pools hold only its own champions."""
 
 
 def _fixed(genomes: np.ndarray) -> np.ndarray:
-    """Return a copy that cannot be written to: the halls of fame of all generations share it."""
+    """Return a read-only copy, which the halls of fame of all generations share."""
     copied = np.array(genomes, np.float32)
     copied.flags.writeable = False
     return copied

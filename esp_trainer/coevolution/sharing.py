@@ -1,4 +1,4 @@
-"""Competitive fitness sharing (Rosin & Belew 1997): beating those whom few beat is worth more."""
+"""Competitive fitness sharing (Rosin & Belew 1997): beating an opponent that few beat is worth more."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from esp_trainer.types import EvolvedTeams, Fitness, Teams
 
 
 def share(fitness: Fitness, opponents: Teams) -> Fitness:
-    """What each trial's team earned, as its share of all that was earned against the same opponents.
+    """Return the fitness of each team as its share of all fitness that was earned against the same opponents.
 
-    Rosin & Belew divide a win among all who beat that opponent. A team of ESP is met in one trial only, but its neurons
-    are in many; so an opponent's worth is the mean, over its neurons, of one over what was earned in all trials that
-    met that neuron. Where whole teams are met again, as champions are, this is the original.
+    Rosin & Belew divide a win among all teams that beat the opponent. A team of ESP is an opponent in one trial only,
+    but its neurons are in many. The weight of an opponent is therefore the mean, over its neurons, of 1 / f, where f is
+    the fitness earned in all trials against that neuron. If whole teams are opponents repeatedly, as champions are,
+    this is the original method.
 
     Args:
-        fitness: ``(n_trials, n_agents)``; what is below 0 counts as 0.
-        opponents: Whom each trial met; a script, or one team in all trials, makes no difference to the ranking.
+        fitness: ``(n_trials, n_agents)``; values below 0 count as 0.
+        opponents: Opponents in each trial. A script, or one team in all trials, makes no difference to the ranking.
     """
     if not isinstance(opponents, EvolvedTeams):
         return fitness

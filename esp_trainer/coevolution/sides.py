@@ -1,4 +1,4 @@
-"""The two sides of a run: one that evolves, or one that is fixed."""
+"""The two sides of a run, each evolving or fixed."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from esp_trainer.types import ROLES, Controller, Fixed, Role, ScriptedTeams
 
 @dataclass
 class EvolvingSide:
-    """Subpopulations, their champions so far, and how long the best has stood."""
+    """Subpopulations, their champions so far, and the generations since the best score."""
 
     subpopulations: Subpopulations
     hall_of_fame: HallOfFame
     best: float = -np.inf
     """Highest score of a champion since the last burst."""
     stagnant: int = 0
-    """Generations since then."""
+    """Number of generations since that score."""
 
 
 Side: TypeAlias = EvolvingSide | Fixed
 
 
 def side_config(config: RunConfig, role: Role) -> SideConfig:
-    """The settings of one side."""
+    """Return the settings of one side."""
     return config.predators if role == "predators" else config.prey
 
 
 def side_controller(config: RunConfig, role: Role) -> Controller:
-    """The networks of one side's agents."""
+    """Return the controller of one side's agents."""
     settings, (n_agents, n_opponents, n_actions) = side_config(config, role), config.env.team(role)
     return make_controller(settings, offset_wiring(settings, n_opponents, n_agents), n_actions, n_agents)
 
 
 def new_sides(config: RunConfig, league: League = NO_LEAGUE) -> dict[Role, Side]:
-    """Both sides before the first generation, with the champions of a league as guests of their halls of fame."""
+    """Return both sides before the first generation. The champions of a league are guests of their halls of fame."""
     return {role: _new_side(config, role, league) for role in ROLES}
 
 

@@ -21,13 +21,17 @@ class Part:
     captured: np.ndarray = field(repr=False)
     """bool ``(n_trials, n_episodes, n_prey)``."""
     opponents: Teams
-    """A team for each trial, or for each episode of each trial."""
+    """Opponents of each trial, or of each episode of each trial."""
     past: np.ndarray | None = field(default=None, repr=False)
-    """Their places in the hall of fame, int ``(n_trials, n_episodes)``; None if they are no past champions."""
+    """Places of past champions in the hall of fame, int ``(n_trials, n_episodes)``; None for other opponents."""
 
     @classmethod
     def of(cls, result: TrialResult, role: Role, opponents: Teams, past: np.ndarray | None = None) -> Part:
-        """Return one side's part of a result. With ``past``, a trial of the result is one episode or all of them."""
+        """Return one side's part of a result.
+
+        With ``past``, the trials of the result may be single episodes, which are gathered into
+        ``(n_trials, n_episodes)``.
+        """
         fitness, captured = result.fitness_of(role), result.captured
         if past is not None:
             fitness, captured = fitness.reshape(*past.shape, -1), captured.reshape(*past.shape, -1)
@@ -35,13 +39,11 @@ class Part:
 
     @property
     def n_episodes(self) -> int:
-        """Episodes of each trial."""
+        """Number of episodes of each trial."""
         return int(self.fitness.shape[1])
 
     def shared(self) -> Fitness:
-        """The mean over episodes of each agent's share of what was earned against the same opponents; see
-        :func:`~.sharing.share`.
-        """
+        """Return the shared fitness (:func:`~.sharing.share`), ``(n_trials, n_agents)``, mean over episodes."""
         n_trials, _, n_agents = self.fitness.shape
         met = len(self.opponents.indices) if isinstance(self.opponents, EvolvedTeams) else n_trials
         each = share(self.fitness.reshape(met, -1, n_agents).mean(axis=1), self.opponents)
@@ -50,18 +52,18 @@ class Part:
 
 @dataclass(frozen=True)
 class Trials:
-    """The outcome of one side's trials."""
+    """The results of one side's trials."""
 
     fitness: Fitness = field(repr=False)
-    """Each agent's mean over the episodes, ``(n_trials, n_agents)``."""
+    """Mean fitness of each agent over the episodes, ``(n_trials, n_agents)``."""
     earned: Fitness = field(repr=False)
-    """Fitness for breeding, of the same shape: after fitness sharing, and less the mean of the block of trials."""
+    """Fitness for breeding, ``(n_trials, n_agents)``: after fitness sharing, minus the mean of the block of trials."""
     caught: float
-    """Share of prey caught."""
+    """Fraction of prey caught."""
 
 
 def summarise(parts: Sequence[Part], esp: EspConfig) -> Trials:
-    """Return the outcome of trials from their episodes against opponents of each kind."""
+    """Return the results of trials from their episodes against opponents of each kind."""
     n_episodes = sum(part.n_episodes for part in parts)
     fitness = sum(part.fitness.sum(axis=1) for part in parts) / n_episodes
     caught = sum(part.n_episodes * float(part.captured.mean()) for part in parts) / n_episodes
@@ -72,7 +74,10 @@ def summarise(parts: Sequence[Part], esp: EspConfig) -> Trials:
 
 
 def centred(fitness: Fitness, block_size: int) -> Fitness:
-    """Fitness ``(n_trials, n_agents)`` less its mean over each block of trials; of blocks of one, as it is."""
+    """Return fitness ``(n_trials, n_agents)`` minus its mean over each block of trials.
+
+    Blocks of one trial leave it unchanged.
+    """
     if block_size == 1:
         return fitness
     begins = np.arange(0, len(fitness), block_size)

@@ -1,4 +1,4 @@
 """Enforced SubPopulations (Gomez & Miikkulainen 1997), for teams of agents with several networks each.
 
-Sees arrays and fitness only; knows no world.
+The package works on arrays and fitness alone; it does not depend on the world.
 """

@@ -1,4 +1,4 @@
-"""From a side's settings to the networks of its agents."""
+"""Controllers: the networks of a side's agents, built from its settings."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from esp_trainer.types import Controller
 
 
 def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int, n_agents: int = 1) -> Controller:
-    """The controller of each agent of a side, or of all of them where it is central.
+    """Return the controller of each agent of a side, or of all its agents if it is central.
 
     Args:
-        side: Its settings.
-        wiring: Which entries of an observation each network reads, int ``(n_networks, n_inputs)``.
-        n_actions: Actions to choose from.
-        n_agents: Agents of the side.
+        side: Settings of the side.
+        wiring: Indices of the observation entries that each network reads, int ``(n_networks, n_inputs)``.
+        n_actions: Number of actions.
+        n_agents: Number of agents of the side.
     """
-    if n_actions < 2 or wiring.ndim != 2 or wiring.shape[1] < 2:  # the forward pass starts with two
+    if n_actions < 2 or wiring.ndim != 2 or wiring.shape[1] < 2:  # the forward pass unrolls the first two
         raise ValueError(f"a controller needs 2 actions and 2 inputs a network, got {n_actions} and {wiring.shape}")
     if not np.issubdtype(wiring.dtype, np.integer) or wiring.min() < 0:
         raise ValueError(f"wiring must hold indices of an observation, got {wiring.dtype} from {wiring.min()} on")
@@ -42,9 +42,9 @@ def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int, n_agen
 
 
 def offset_wiring(side: SideConfig, n_opponents: int, n_agents: int = 1) -> np.ndarray:
-    """The wiring for observations that hold an (x, y) offset for each opponent.
+    """Return the wiring for observations that hold an (x, y) offset for each opponent.
 
-    A central controller reads those of all ``n_agents``, one after the other.
+    A central controller reads the observations of all ``n_agents``, one after the other.
     """
     if side.controller == "central":
         return np.arange(2 * n_opponents * n_agents).reshape(1, -1)
@@ -71,4 +71,4 @@ TOPOLOGIES = {
     "pairs": _pairs,
     "monolithic": _all,
 }
-"""Which opponents each network of an agent's controller sees."""
+"""Name of a controller -> function from the number of opponents to the opponents that each of its networks sees."""

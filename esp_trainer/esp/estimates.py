@@ -1,9 +1,9 @@
-"""Estimates of what each neuron contributes to its team, from this generation's trials and, fading, from earlier ones.
+"""Estimates of each neuron's contribution to its team, from the trials of this and, discounted, earlier generations.
 
-One generation's trials tell neurons apart only a little better than a lottery. A neuron that survives has been tried
-before: its trials are kept here as a sum of fitness beyond the mean of each generation, so that generations with other
-opponents can be added up. A score is the mean of such a sum, shrunk towards 0, the mean of all, the more the fewer
-trials there are behind it (James & Stein 1961).
+One generation's trials tell neurons apart only a little better than a lottery. A neuron that survives also has earlier
+trials. They are kept as the sum of its fitness minus the mean of each generation, so that generations with different
+opponents can be added up. A score is the mean of this sum, shrunk towards 0, the mean of all neurons: the fewer the
+trials, the more it shrinks (James & Stein 1961).
 """
 
 from __future__ import annotations
@@ -17,25 +17,26 @@ from esp_trainer.types import Fitness
 
 @dataclass(frozen=True)
 class Estimates:
-    """What is known of the neurons of ``S`` subpopulations, ``P`` in each."""
+    """Sums over the trials of the neurons of ``S`` subpopulations, ``P`` in each."""
 
     totals: np.ndarray
-    """Fitness beyond the mean, summed over trials, float64 ``(S, P)``."""
+    """Fitness minus the generation's mean, summed over trials, float64 ``(S, P)``."""
     trials: np.ndarray
-    """Trials behind it, earlier ones counted in part, float64 ``(S, P)``."""
+    """Number of trials in each sum, earlier ones counted in part, float64 ``(S, P)``."""
 
     @classmethod
     def none(cls, n_subpopulations: int, size: int) -> Estimates:
-        """Return estimates before the first trial."""
+        """Return the estimates before the first trial."""
         return cls(np.zeros((n_subpopulations, size)), np.zeros((n_subpopulations, size)))
 
     def after(self, totals: np.ndarray, trials: np.ndarray, memory: float) -> Estimates:
-        """Return the estimates after a generation's trials; of earlier ones the share ``memory`` counts on."""
+        """Return the estimates after a generation's trials. Earlier trials are multiplied by ``memory``."""
         return Estimates(memory * self.totals + totals, memory * self.trials + trials)
 
     def scores(self, prior: float) -> Fitness:
-        """Return shrunken means ``(S, P)``: as if each neuron had taken part in ``prior`` more trials of mean fitness.
-        Without any trials it is -inf.
+        """Return shrunken means ``(S, P)``, as if each neuron had taken part in ``prior`` more trials of mean fitness.
+
+        If ``prior`` is 0, neurons without trials score -inf.
         """
         behind = self.trials + prior
         scores = np.full_like(behind, -np.inf)
@@ -43,7 +44,7 @@ class Estimates:
         return scores
 
     def without(self, replaced: np.ndarray) -> Estimates:
-        """Return the estimates after some neurons were replaced, int ``(S, n)``: nothing is known of those."""
+        """Return the estimates after some neurons, int ``(S, n)``, were replaced: the new ones have no trials."""
         known = np.ones(self.trials.shape)
         np.put_along_axis(known, replaced, 0.0, axis=1)
         return Estimates(self.totals * known, self.trials * known)

@@ -1,6 +1,4 @@
-"""The forward pass: the one statement of what a network computes, for a policy object and for the fused kernel
-alike.
-"""
+"""The forward pass: the one definition of what a network computes. Policy objects and the fused kernel both call it."""
 
 from __future__ import annotations
 
@@ -25,10 +23,10 @@ _C4, _C5 = np.float32(0.009675541), np.float32(0.001327647)
 
 @rule
 def logistic(z: Any) -> Any:
-    """``1 / (1 + exp(-z))`` in 32-bit floats without a library call; off by less than 2e-7.
+    """Return ``1 / (1 + exp(-z))`` in 32-bit floats, without a library call; the error is below 2e-7.
 
-    Inputs beyond 44 count as that bound: the true value differs from 0 or 1 by less than 1e-19 there, and smaller
-    activations would lead to denormal products, which are many times slower.
+    Inputs beyond 44 or -44 count as that bound. There the true value differs from 0 or 1 by less than 1e-19, and
+    smaller activations would lead to denormal products, which are many times slower.
     """
     z = where(z < -BOUND, -BOUND, z)
     z = where(z > BOUND, BOUND, z)
@@ -39,7 +37,7 @@ def logistic(z: Any) -> Any:
 
 @rule
 def exponential(z: Any) -> Any:
-    """``exp(z)`` of numbers up to 0 likewise; those below -44 count as that bound."""
+    """Return ``exp(z)`` for z up to 0 in 32-bit floats, without a library call. Inputs below -44 count as -44."""
     z = where(z < -BOUND, -BOUND, z)
     shifted = fma(z, LOG2_E, ROUNDER)
     return _fraction_of_power(fma(z, LOG2_E, ROUNDER - shifted)) * power_of_two(shifted)
@@ -47,7 +45,7 @@ def exponential(z: Any) -> Any:
 
 @rule
 def _fraction_of_power(f: Any) -> Any:
-    """``2 ** f`` of a fraction in [-1/2, 1/2]."""
+    """Return ``2 ** f`` for f in [-1/2, 1/2]."""
     return fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
 
 
@@ -55,10 +53,10 @@ def _fraction_of_power(f: Any) -> Any:
 def add_votes(
     controller: Controller, weights: Any, at: int, inputs: Any, n_inputs: int, member: int, votes: Any, row: int
 ) -> None:
-    """One network's outputs, added to the votes for each action, which are kept from ``row`` on.
+    """Add one network's outputs to the votes for each action, which begin at row ``row``.
 
-    ``weights`` holds the gene strings of its hidden neurons one after the other from row ``at`` on; of their output
-    weights those for a ``member`` of the team are used.
+    ``weights`` holds the gene strings of the network's hidden neurons, one after the other, from row ``at`` on. Of
+    their output weights, those for a ``member`` of the team are used.
     """
     fan_in = n_inputs + (1 if controller.bias else 0)
     head = fan_in + member * len(controller.blank)
@@ -84,11 +82,12 @@ def add_votes(
 
 @rule
 def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, inputs: Any, votes: Any) -> None:
-    """All networks' votes for each action, to the first rows of ``votes``: the sums of their outputs (section VI,
-    figure 3), or what the combiner makes of them (section VIII).
+    """Write the votes of all networks for each action to the first rows of ``votes``.
 
-    ``weights`` holds the networks one after the other from row ``at`` on; ``member`` is which of the agents that they
-    steer together votes; ``inputs`` and ``votes`` are scratch of at least ``max(fan_in) + 1`` and ``n_votes`` rows.
+    The votes are the sums of the networks' outputs (section VI, figure 3), or the outputs of the combiner (section
+    VIII). ``weights`` holds the networks, one after the other, from row ``at`` on. ``member`` is the index of the
+    voting agent among those that the networks control together. ``inputs`` and ``votes`` are scratch of at least
+    ``max(fan_in) + 1`` and ``n_votes`` rows.
     """
     n_actions = len(controller.blank)
     for network in range(controller.n_networks + (1 if controller.combines else 0)):
@@ -110,7 +109,7 @@ def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, 
 
 @rule
 def most_votes(controller: Controller, votes: Any) -> Any:
-    """The action with the most votes; of equal ones the lowest index."""
+    """Return the action with the most votes; the lowest index of equal ones."""
     more = load(votes, 1) > load(votes, 0)
     most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
     for action in range(2, len(controller.blank)):
@@ -121,8 +120,8 @@ def most_votes(controller: Controller, votes: Any) -> Any:
 
 @rule
 def accumulate(controller: Controller, votes: Any) -> Any:
-    """Replace the votes by ``exp(votes)``, up to a factor, each with all before it; returns the sum of all."""
-    n_actions, most = len(controller.blank), load(votes, 0)
+    """Replace the votes by the cumulative sums of ``exp(votes)``, up to a factor; return the total."""
+    n_actions, most = len(controller.blank), load(votes, 0)  # subtracting the largest vote avoids an overflow
     for action in range(1, n_actions):
         most = where(load(votes, action) > most, load(votes, action), most)
     total = exponential(load(votes, 0) - most)
@@ -135,10 +134,10 @@ def accumulate(controller: Controller, votes: Any) -> Any:
 
 @rule
 def draw(controller: Controller, votes: Any, memory: Any, at: int) -> Any:
-    """An action, with chances in proportion to ``exp(votes)``; ``memory`` holds in row ``at`` the state to draw from.
+    """Sample an action with probabilities in proportion to ``exp(votes)``.
 
-    The votes are used up. Once in 33 million draws, where the share that is drawn rounds up to 1, it is the last action
-    whatever its chance.
+    Row ``at`` of ``memory`` holds the random state. The votes are overwritten. Once in 33 million samples the random
+    number rounds up to 1, and the action is the last one whatever its probability.
     """
     n_actions, total = len(controller.blank), accumulate(controller, votes)
     state = load(memory, at)
@@ -155,16 +154,16 @@ class Networks(NamedTuple):
 
     controller: Controller
     weights: Any
-    """All agents' gene strings, one after the other: float32 rows."""
+    """Gene strings of all agents, one after the other: float32 rows."""
     inputs: Any
     votes: Any
 
 
 @rule
 def agent_votes(networks: Networks, agent: int, seen: Any) -> None:
-    """The votes of one agent of an evolved team for each action, to the first rows of ``networks.votes``.
+    """Write the votes of one agent of an evolved team for each action to the first rows of ``networks.votes``.
 
-    To a central controller ``seen`` holds what every agent sees, one after the other.
+    For a central controller, ``seen`` holds the observations of all agents, one after the other.
     """
     controller = networks.controller
     genome, member = agent // controller.n_together, agent % controller.n_together
@@ -175,7 +174,7 @@ def agent_votes(networks: Networks, agent: int, seen: Any) -> None:
 
 @rule
 def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:
-    """The action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
+    """Return the action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
     agent_votes(networks, agent, seen)
     if networks.controller.draws:
         return draw(networks.controller, networks.votes, memory, at)

@@ -16,9 +16,9 @@ def sums_by_neuron(chosen: np.ndarray, fitness: Fitness, size: int) -> tuple[np.
     """Return the summed fitness of the trials that each neuron took part in, and their number: ``(S, size)`` each.
 
     Args:
-        chosen: Which neuron of each subpopulation each trial used, int ``(n_trials, S)``.
-        fitness: What each trial earned for those subpopulations, ``(n_trials,)``.
-        size: Neurons in a subpopulation.
+        chosen: Index of the neuron of each subpopulation that each trial used, int ``(n_trials, S)``.
+        fitness: Fitness of each trial for those subpopulations, ``(n_trials,)``.
+        size: Number of neurons in a subpopulation.
     """
     n_subpopulations = chosen.shape[1]
     shape, flat = (n_subpopulations, size), (chosen + size * np.arange(n_subpopulations)).ravel()
@@ -28,14 +28,14 @@ def sums_by_neuron(chosen: np.ndarray, fitness: Fitness, size: int) -> tuple[np.
 
 
 def ranking(fitness: Fitness) -> np.ndarray:
-    """Neurons of each subpopulation from best to worst, int ``(S, P)``; of equal ones the lower index first."""
+    """Return the neurons of each subpopulation from best to worst, int ``(S, P)``; ties go to the lower index."""
     return np.argsort(-fitness, axis=-1, kind="stable")
 
 
 def draw_mates(
     generator: np.random.Generator, n_subpopulations: int, n_elite: int, mate: Literal["uniform", "better_ranked"]
 ) -> np.ndarray:
-    """Rank of the mate of each elite neuron, int ``(S, n_elite)``: any of the elite, or one that ranks no worse."""
+    """Sample the rank of each elite neuron's mate, int ``(S, n_elite)``: any elite, or one that ranks no worse."""
     shape = (n_subpopulations, n_elite)
     if mate == "uniform":
         return generator.integers(0, n_elite, shape)
@@ -45,10 +45,10 @@ def draw_mates(
 def one_point_crossover(
     generator: np.random.Generator, first: np.ndarray, second: np.ndarray, used: np.ndarray
 ) -> np.ndarray:
-    """Both children of each pair of gene strings, cut at one random place that leaves each parent a gene.
+    """Return both children of each pair of gene strings, cut at a random place that leaves each parent a gene.
 
-    Takes two arrays ``(S, n_pairs, G)`` and returns ``(S, 2 * n_pairs, G)``, the children of a pair side by side. Of
-    the genes of a subpopulation the first ``used`` count, int ``(S,)``.
+    The parents are two arrays ``(S, n_pairs, G)``. The result is ``(S, 2 * n_pairs, G)``, the children of a pair side
+    by side. Only the first ``used`` genes of a subpopulation count, int ``(S,)``.
     """
     n_subpopulations, n_pairs, n_genes = first.shape
     cuts = generator.integers(1, used[:, None, None], (n_subpopulations, n_pairs, 1))
@@ -58,7 +58,7 @@ def one_point_crossover(
 
 
 def truncated_cauchy(generator: np.random.Generator, n: int, scale: float, limit: float) -> np.ndarray:
-    """``n`` Cauchy-distributed numbers; those beyond the limit are drawn again."""
+    """Sample ``n`` Cauchy-distributed numbers; those beyond the limit are sampled again."""
     numbers = scale * generator.standard_cauchy(n)
     while len(beyond := np.flatnonzero(np.abs(numbers) > limit)):
         numbers[beyond] = scale * generator.standard_cauchy(len(beyond))
@@ -70,7 +70,7 @@ def mutate(
 ) -> None:
     """With probability ``rate``, change one random gene of a child, in place, by a Cauchy-distributed number.
 
-    Of the genes of a subpopulation's children, ``(S, n_children, G)``, the first ``used`` count, int ``(S,)``.
+    Only the first ``used`` genes of a subpopulation's children, ``(S, n_children, G)``, count: int ``(S,)``.
     """
     mutants = np.nonzero(generator.random(children.shape[:-1]) < rate)
     genes = generator.integers(0, used[mutants[0]], len(mutants[0]))

@@ -1,4 +1,4 @@
-"""The signal of selection: how much of the differences between neurons is not sampling noise.
+"""Signal of selection: the part of the differences between neurons that is not sampling noise.
 
 A neuron's score is the mean fitness of its trials, which also depends on the other neurons, the opponents and the
 starts. A one-way analysis of variance in each subpopulation, with neurons as groups, estimates how much of the variance
@@ -20,14 +20,14 @@ class Signal(NamedTuple):
     """The signal of selection in a generation."""
 
     share: float
-    """Share of the variance of neuron fitness within a subpopulation that is not sampling noise; by chance below 0
-    where there is none. nan if no neuron was in two trials."""
+    """Fraction of the variance of neuron fitness within a subpopulation that is not sampling noise. Without signal, the
+    estimate may fall below 0. nan if no neuron was in two trials, or if no subpopulation had two neurons in trials."""
     ties: float
-    """Share of the trials that ended with the most frequent fitness."""
+    """Fraction of the trials that ended with the most frequent fitness."""
 
 
 class Variance:
-    """Sums of squares over subpopulations, added up one agent after the other."""
+    """Sums of squares over subpopulations, added up agent by agent."""
 
     def __init__(self) -> None:
         self._between = self._within = 0.0
@@ -37,9 +37,9 @@ class Variance:
         """Add the subpopulations of an agent.
 
         Args:
-            chosen: Which neuron of each subpopulation each trial used, int ``(n_trials, S)``.
-            fitness: What each trial earned, ``(n_trials,)``.
-            size: Neurons in a subpopulation.
+            chosen: Index of the neuron of each subpopulation that each trial used, int ``(n_trials, S)``.
+            fitness: Fitness of each trial, ``(n_trials,)``.
+            size: Number of neurons in a subpopulation.
         """
         n_trials, n_subpopulations = chosen.shape
         centred = fitness - fitness.mean()
@@ -60,6 +60,6 @@ class Variance:
 
 
 def ties(fitness: Fitness) -> float:
-    """Return :attr:`Signal.ties`, the mean over agents, of ``(n_trials, n_agents)``."""
+    """Return :attr:`Signal.ties` of fitness ``(n_trials, n_agents)``, mean over agents."""
     counts = [np.unique(agent, return_counts=True)[1].max() for agent in fitness.T]
     return float(np.mean(counts)) / len(fitness)

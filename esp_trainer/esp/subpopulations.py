@@ -1,8 +1,8 @@
 """The subpopulations of one team: neurons that evolve apart and are scored together.
 
 Multi-Agent ESP (Yong & Miikkulainen) gives each agent of a team its own network; Multi-Component ESP (section VI.A)
-gives each agent several. Every hidden neuron of every network has a subpopulation of its own, and the team's fitness
-is shared by all neurons that took part.
+gives each agent several. Every hidden neuron of every network has a subpopulation of its own. All neurons that took
+part in a trial share the team's fitness.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
 
 class Spread(NamedTuple):
-    """What the genes of a side's subpopulations are like, those that a network reads."""
+    """Diversity and scale of the genes that the networks of a side read."""
 
     diversity: float
     """Standard deviation of a gene over the neurons of a subpopulation, mean over genes and subpopulations."""
     scale: float
-    """Mean size of a gene."""
+    """Mean absolute value of a gene."""
 
 
 class Subpopulations:
-    """State and ask/tell of one evolving side.
+    """The evolving subpopulations of one side, with an ask/tell interface.
 
     Args:
         config: Parameters of ESP.
         controller: The networks of each agent.
         genomes: float32 ``(n_agents, n_networks, n_hidden, subpopulation_size, n_genes)``; see :meth:`random`.
-        estimates: What earlier generations told of the neurons; by default nothing.
+        estimates: Estimates of the neurons from earlier generations; by default empty.
     """
 
     def __init__(
@@ -46,8 +46,8 @@ class Subpopulations:
             raise ValueError(f"genomes must have shape (agents, {', '.join(map(str, expected))}), got {genomes.shape}")
         self.config = config
         self.controller = controller
-        self.genomes = np.ascontiguousarray(genomes)  # bred in place, through other shapes
-        self._used = np.tile(np.repeat(controller.used_genes, n_hidden), len(genomes))  # of each subpopulation
+        self.genomes = np.ascontiguousarray(genomes)  # contiguous: bred in place through reshaped views
+        self._used = np.tile(np.repeat(controller.used_genes, n_hidden), len(genomes))  # genes in use
         self.estimates = estimates or Estimates.none(len(self._used), config.subpopulation_size)
         self._asked: np.ndarray | None = None
 
@@ -55,16 +55,16 @@ class Subpopulations:
     def random(
         cls, config: EspConfig, controller: Controller, n_agents: int, generator: np.random.Generator
     ) -> Subpopulations:
-        """Uniform random genes."""
+        """Return subpopulations with uniform random genes."""
         n_networks, n_hidden, n_genes = controller.shape
         shape = (n_agents // controller.n_together, n_networks, n_hidden, config.subpopulation_size, n_genes)
         genes = np.empty(shape, np.float32)
-        for genome in genes:  # one by one, as twice the memory goes into their drawing
+        for genome in genes:  # one at a time: sampling takes float64, twice the memory
             genome[:] = generator.uniform(-config.init_range, config.init_range, genome.shape)
         return cls(config, controller, _only_used(genes, controller))
 
     def ask(self, generator: np.random.Generator) -> EvolvedTeams:
-        """Teams for a generation's trials: a random neuron of each subpopulation, with replacement."""
+        """Return the teams of a generation's trials: random neurons of each subpopulation, sampled with replacement."""
         if self._asked is not None:
             raise RuntimeError("ask() was called twice; tell() the fitness of the teams first")
         teams = self.draw(generator, self.config.n_trials)
@@ -72,19 +72,19 @@ class Subpopulations:
         return teams
 
     def draw(self, generator: np.random.Generator, n_trials: int) -> EvolvedTeams:
-        """Random teams that are not to be bred from, as opponents are."""
+        """Return random teams that will not breed, such as opponents."""
         size, shape = self.config.subpopulation_size, (n_trials, *self.genomes.shape[:3])
         indices = generator.integers(0, size, shape).astype(np.min_scalar_type(size - 1))
         return EvolvedTeams(self.controller, self.genomes, indices)
 
     def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> float:
-        """Breed the next generation, and return how much selection had to go by: :attr:`~.signal.Signal.share`.
+        """Breed the next generation. Return the signal of selection, :attr:`~.signal.Signal.share`.
 
         Args:
-            fitness: What each agent of each asked team earned, ``(n_trials, n_agents)``; agents that are steered
-                together earn their mean.
+            fitness: Fitness of each agent of each asked team, ``(n_trials, n_agents)``; agents that are controlled
+                together count with their mean.
             champions: The hall of fame, float32 ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``.
-            generator: For this generation's breeding alone.
+            generator: Random generator for this generation's breeding alone.
         """
         if self._asked is None:
             raise RuntimeError("tell() needs the teams of ask() first")
@@ -103,11 +103,11 @@ class Subpopulations:
         return share
 
     def _score(self, chosen: np.ndarray, earned: Fitness) -> tuple[Fitness, float]:
-        """Return the score of each neuron, ``(S, size)``, and how much of it one generation's trials tell.
+        """Return the score of each neuron, ``(S, size)``, and the signal of the generation's trials.
 
         Args:
-            chosen: Which neuron each trial used, int ``(n_trials, n_genomes, S / n_genomes)``.
-            earned: What each genome earned, ``(n_trials, n_genomes)``.
+            chosen: Index of the neuron that each trial used, int ``(n_trials, n_genomes, S / n_genomes)``.
+            earned: Fitness of each genome, ``(n_trials, n_genomes)``.
         """
         config, variance = self.config, Variance()
         remembers = config.memory > 0 or config.prior_trials > 0
@@ -127,30 +127,30 @@ class Subpopulations:
         return self.estimates.scores(config.prior_trials), variance.share()
 
     def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
-        """Pair each of the elite, in rank order, with a mate; both children replace the worst, from the bottom up."""
+        """Pair each elite neuron with a mate, in rank order; the children replace the worst neurons, the last first."""
         config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
         each = np.arange(len(ranks))[:, None]
         elite = genes[each, ranks[:, : config.n_elite]]
         mates = elite[each, operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)]
-        if len(champions) and config.hof_mates:
+        if len(champions) and config.hof_mates:  # the lowest-ranked pairs mate with a past champion's neuron
             drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
             mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
         children = operators.one_point_crossover(generator, elite, mates, self._used)
         mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
         operators.mutate(generator, children, self._used, *mutation)
-        places = ranks[:, : -2 * config.n_elite - 1 : -1]
+        places = ranks[:, : -2 * config.n_elite - 1 : -1]  # the worst neurons, from the bottom up
         genes[each, places] = children
         if config.memory:
             self.estimates = self.estimates.without(places)
 
     def spread(self) -> Spread:
-        """How far apart the neurons of a subpopulation are, and how large their genes."""
+        """Return the diversity and the scale of the genes."""
         n_neurons = self.config.subpopulation_size
-        share = np.full(n_neurons, 1 / n_neurons)  # products with it are means, and much faster than means
+        share = np.full(n_neurons, 1 / n_neurons)  # dot products with it are means, and much faster than mean()
         deviations, sizes = [], []
         for genome in self.genomes:
             genes = genome.reshape(-1, n_neurons, genome.shape[-1]).astype(np.float64)
-            apart = genes - genes[:, :1]  # about one of them, so that no digits are lost
+            apart = genes - genes[:, :1]  # relative to one of them, so that the variance loses no digits
             variance = share @ apart**2 - (share @ apart) ** 2
             deviations.append(np.sqrt(variance))
             sizes.append(share @ np.abs(genes))
@@ -158,8 +158,9 @@ class Subpopulations:
         return Spread(*(float(np.concatenate(values)[read].mean()) for values in (deviations, sizes)))
 
     def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
-        """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``, which each
-        keeps as its first neuron (burst mutation, Gomez & Miikkulainen 1999).
+        """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``.
+
+        The champion's neuron is the first of each subpopulation (burst mutation, Gomez & Miikkulainen 1999).
         """
         spread = operators.truncated_cauchy(
             generator, self.genomes.size, self.config.burst_scale, self.config.mutation_limit
@@ -171,6 +172,6 @@ class Subpopulations:
 
 
 def _only_used(genes: np.ndarray, controller: Controller) -> np.ndarray:
-    """Genes ``(n_genomes, n_networks, n_hidden, size, n_genes)``, those that no network reads set to 0."""
+    """Return genes ``(n_genomes, n_networks, n_hidden, size, n_genes)`` with those that no network reads set to 0."""
     used = np.arange(controller.n_genes) < np.array(controller.used_genes)[:, None]
     return np.where(used[:, None, None], genes, genes.dtype.type(0))

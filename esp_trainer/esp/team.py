@@ -1,4 +1,4 @@
-"""An evolved team: fixed networks that play, and a file that says where they came from."""
+"""An evolved team: fixed networks that play, and a file that records their origin."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from predprey_env.policies.protocol import Memories, choose
 from predprey_env.settings import plain
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
-"""The provenance of a team that says which world it is for, as errors and notes advise it."""
+"""Provenance of a team that names its world, as errors and notes advise it."""
 
 
 @entry_point
@@ -34,42 +34,42 @@ def _decide(networks: Networks, agent: int, seen: Any, memory: Any) -> int:
 class Team:
     """The agents of one side with fixed networks.
 
-    Meets the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. An agent's networks are found by the
-    number at the end of its name, so ``predator_1`` and ``adversary_1`` are both the second agent of their team. A team
-    whose actions are drawn remembers where it is in its random numbers: give each environment a copy of its own.
+    Implements the policy protocol: ``reset(seed)``, ``act(observations) -> actions``. The number at the end of an
+    agent's name selects its networks, so ``predator_1`` and ``adversary_1`` are both the second agent of their team. A
+    team whose actions are sampled holds the state of its random numbers: give each environment a copy of its own.
     """
 
     role: Role
     side: SideConfig
     controller: Controller
     genomes: np.ndarray
-    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``; one for all agents where the controller is central."""
+    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``; a single genome for all agents of a central controller."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
-    """Where it came from, as JSON values: the config of its run, its generation, how it scored. ``"env"`` in it is the
-    world that it plays in, ``EnvConfig(...).model_dump()``; without it the commands assume the paper's."""
+    """Origin of the team, as JSON values: the config of its run, its generation and its scores. ``"env"`` in it is the
+    world that the team plays in, ``EnvConfig(...).model_dump()``; without it the commands assume the paper's world."""
     n_seen: int | None = None
-    """Length of the observations that it was evolved on; None for any that hold what its networks read."""
+    """Length of the observations that the team evolved on; None for any length that holds what its networks read."""
 
     _memories: Memories = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_memories", Memories(self.role == "prey"))
-        object.__setattr__(self, "provenance", self.provenance or {})  # None says as little
+        object.__setattr__(self, "provenance", self.provenance or {})  # None counts as no provenance
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
         if not np.isfinite(self.genomes).all():
             raise ValueError("genomes must be finite, got NaN or infinity")
 
     def __repr__(self) -> str:
-        """A line without its numbers, of which there are hundreds."""
+        """Return one line, without the hundreds of weights."""
         origin = self.provenance
         source = [f"{name} {origin[name]}" for name in ("preset", "seed", "generation") if name in origin]
         return f"<Team: {', '.join([f'{self.n_agents} {self.role}', f'{self.side.controller} networks', *source])}>"
 
     def world(self) -> EnvConfig | None:
-        """Return the world that the team is for; None if its provenance does not say.
+        """Return the world that the team is for; None if its provenance names none.
 
-        Raises :class:`ValueError` if what it says is no world.
+        Raises :class:`ValueError` if the provenance holds something that is no world.
         """
         if "env" not in self.provenance:
             return None
@@ -80,15 +80,15 @@ class Team:
 
     @property
     def n_agents(self) -> int:
-        """Agents of the team."""
+        """Number of agents of the team."""
         return len(self.genomes) * self.controller.n_together
 
     def reset(self, seed: int | None = None) -> None:
-        """Start an episode. Only of a team whose actions are drawn anything is random: it follows from the seed."""
+        """Start an episode. The seed determines sampled actions; a team that takes the most votes has no randomness."""
         self._memories.reset(seed)
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent that has an observation, float32 ``(n_seen,)``; the other team's are passed over."""
+        """Return an action for each agent of this team that has an observation, float32 ``(n_seen,)``."""
         networks, other = self.networks(), PREFIXES[other_team(self.role)]
         rows = {agent: agent_number(agent) for agent in observations if not agent.startswith(other)}
         for agent, row in rows.items():
@@ -102,10 +102,10 @@ class Team:
         return {agent: int(_decide(networks, row, views[row], self._memories.of(row))) for agent, row in rows.items()}
 
     def compiled(self, team: Role, env: EnvConfig, lanes: int) -> Networks:
-        """The team as a player in compiled code, for one world (``lanes = 0``) or so many at a time.
+        """Return the team as a player in compiled code, for one world (``lanes = 0``) or ``lanes`` worlds at a time.
 
-        Raises :class:`ValueError` if it is not that team, or does not fit the world, or if its controller is central:
-        compiled players are shown one agent's view at a time.
+        Raises :class:`ValueError` if the team plays the other side, does not fit the world, or has a central
+        controller: compiled players read one agent's observation at a time.
         """
         self.check_fits(team, env)
         if self.controller.n_together > 1:
@@ -131,7 +131,7 @@ class Team:
             raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
 
     def networks(self) -> Networks:
-        """The team as a player in compiled code, for one world."""
+        """Return the team as a player in compiled code, for one world."""
         inputs, votes = (
             np.empty(max(self.controller.fan_in) + 1, np.float32),
             np.empty(self.controller.n_votes, np.float32),
@@ -147,11 +147,11 @@ class Team:
             raise ValueError(f"{agent} must observe {expected} numbers for this team, got {length}")
 
     def as_teams(self, n_trials: int) -> EvolvedTeams:
-        """This team in every trial of a batch."""
+        """Repeat this team for each trial of a batch."""
         return in_every_trial(self.controller, self.genomes, n_trials)
 
     def save(self, path: Path | str) -> None:
-        """Write the team to a file of its own; :class:`ValueError` if its provenance cannot be written as JSON."""
+        """Write the team to a file. :class:`ValueError` if its provenance cannot be written as JSON."""
         try:
             provenance = json.loads(json.dumps(dict(self.provenance), default=_as_json, allow_nan=False))
         except (TypeError, ValueError) as error:
@@ -168,7 +168,7 @@ class Team:
 
     @classmethod
     def load(cls, path: Path | str) -> Team:
-        """Read a team; a file that is damaged or something else raises :class:`DamagedFileError` in one line."""
+        """Read a team from a file. :class:`DamagedFileError`, in one line, if the file is damaged or something else."""
         path = Path(path)
         header, arrays = read_arrays(path, "team")
         try:
@@ -185,7 +185,7 @@ class Team:
 
 
 def _as_json(value: Any) -> Any:
-    """Return a NumPy scalar as the number that it is."""
+    """Return a NumPy scalar as a plain number."""
     number = plain(value)
     if number is value:
         raise TypeError(f"Object of type {type(value).__name__} is not JSON serializable")
@@ -193,18 +193,19 @@ def _as_json(value: Any) -> Any:
 
 
 def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
-    """The genomes of the teams of some trials, copied: float32 ``(len(trials), n_agents, n_networks, n_hidden,
-    n_genes)``.
+    """Return a copy of the genomes of the teams of some trials.
+
+    The result is float32 ``(len(trials), n_agents, n_networks, n_hidden, n_genes)``.
     """
     agent, network, neuron = np.ogrid[tuple(slice(n) for n in teams.indices.shape[1:])]
     return np.asarray(teams.genomes[agent, network, neuron, teams.indices[trials]])
 
 
 def in_every_trial(controller: Controller, genomes: np.ndarray, n_trials: int) -> EvolvedTeams:
-    """One team ``(n_agents, n_networks, n_hidden, n_genes)`` for all trials of a batch."""
+    """Repeat one team ``(n_agents, n_networks, n_hidden, n_genes)`` for all trials of a batch."""
     return EvolvedTeams(controller, genomes[:, :, :, None], np.zeros((n_trials, *genomes.shape[:3]), np.int64))
 
 
 def as_candidates(genomes: np.ndarray) -> np.ndarray:
-    """Whole teams ``(n_teams, n_agents, n_networks, n_hidden, n_genes)`` laid out as candidates of each neuron."""
+    """Return whole teams ``(n_teams, n_agents, n_networks, n_hidden, n_genes)`` as candidates of each neuron."""
     return np.ascontiguousarray(np.moveaxis(genomes, 0, 3))
