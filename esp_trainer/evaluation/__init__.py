@@ -1,1 +1,1 @@
-"""Playing trials: compiled, or through PettingZoo's API."""
+"""Evaluators, which play trials: compiled, or through PettingZoo's API."""

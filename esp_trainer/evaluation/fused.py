@@ -1,4 +1,4 @@
-"""The compiled evaluator of the predator-prey world: blocks of trials in a fused kernel, spread over threads."""
+"""Compiled evaluator of the predator-prey world: a fused kernel plays blocks of trials, spread over threads."""
 
 from __future__ import annotations
 
@@ -21,17 +21,20 @@ from predprey_env.lanes import LANES
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.scripted import Script
 
-_MOST_BLOCKS = 128  # in a part: with subpopulations of 100, its indices take eight times what they take in the batch
-_MOST_STEPS = 115_200  # of a part's blocks, some 0.1 s: who stops a run waits for the parts that are under way
-_PARTS_PER_THREAD = 2  # a thread whose episodes are short takes over a part of one whose are long
+_MOST_BLOCKS = (
+    128  # per part: as int64, its indices take eight times their memory in a batch with subpopulations of 100
+)
+_MOST_STEPS = 115_200  # per part, about 0.1 s: stopping a run waits for the parts in progress
+_PARTS_PER_THREAD = 2  # so that a thread with short episodes takes over parts from the others
 
 
 class FusedEvaluator:
     """Plays batches in compiled code. The results do not depend on the number of threads.
 
     Args:
-        env: The world; its ``reward`` and ``captured_prey`` switches concern only the PettingZoo environment.
-        threads: How many to use; by default one for each core.
+        env: The world. Its ``reward`` and ``captured_prey`` have no effect: they concern only the PettingZoo
+            environment.
+        threads: Number of threads; by default one for each core.
     """
 
     def __init__(self, env: EnvConfig, threads: int | None = None) -> None:
@@ -39,14 +42,14 @@ class FusedEvaluator:
         self.starts = CellStarts(env)
         self.threads = threads or cores()
         self._pool: ThreadPoolExecutor | None = None
-        self._process = 0  # the one that the pool's threads belong to
+        self._process = 0  # id of the process that the pool's threads belong to
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the threads out of copies and pickles."""
         return self.__dict__ | {"_pool": None}
 
     def compile(self) -> None:
-        """Get the kernel ready: from the cache in a moment, or by compiling it, which takes some 15 s."""
+        """Load the kernel from the cache, or compile it, which takes about 15 s."""
         nobody = TrialBatch(ScriptedTeams("random"), ScriptedTeams("random"), np.zeros(self._shape(0, 1)))
         self.evaluate(nobody)
 
@@ -55,18 +58,18 @@ class FusedEvaluator:
         return self._play(batch, n_traced=0)[0]
 
     def trace(self, batch: TrialBatch) -> np.ndarray:
-        """Every agent's cell at every step: int32 ``(n_trials, n_episodes, max_cycles + 1, n_agents, 2)``.
+        """Return every agent's cell at every step: int32 ``(n_trials, n_episodes, max_cycles + 1, n_agents, 2)``.
 
         Steps after the end of an episode hold -1.
         """
         return self.play(batch)[1]
 
     def play(self, batch: TrialBatch) -> tuple[TrialResult, np.ndarray]:
-        """Both: what came of it, and the trace."""
+        """Play every episode of every trial. Return the results and the trace (see :meth:`trace`)."""
         return self._play(batch, n_traced=len(batch.starts))
 
     def _threads(self) -> ThreadPoolExecutor:
-        """The pool of this process; a fork has the object, but not its threads."""
+        """Return the thread pool of this process. A forked process copies the object but not its threads."""
         if self._pool is None or self._process != os.getpid():
             self._pool, self._process = ThreadPoolExecutor(self.threads), os.getpid()
         return self._pool
@@ -98,7 +101,7 @@ class FusedEvaluator:
             play_blocks(env.rules, *sides, starts[part], ours, make_memory(env.rules, *sides))
 
         most = max(1, min(_MOST_BLOCKS, _MOST_STEPS // (n_episodes * env.max_cycles)))
-        if self.threads == 1:  # where Ctrl-C gets through, also while it compiles
+        if self.threads == 1:  # in this thread, where Ctrl-C works even while the kernel compiles
             for part in blocks(n_trials, 1, most):
                 play(part)
         else:
@@ -107,8 +110,10 @@ class FusedEvaluator:
 
 
 def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:
-    """Trials in ``n`` parts of whole blocks; in fewer where there are not as many blocks, and in more where a part
-    would have above ``most`` of them. No trials are one part.
+    """Split trials into ``n`` parts of whole blocks.
+
+    The parts are fewer if there are fewer blocks, and more if a part would have more than ``most`` blocks. Without
+    trials there is one part.
     """
     n_blocks = -(-n_trials // LANES)
     n_parts = max(1, min(n, n_blocks), -(-n_blocks // most))
@@ -117,14 +122,14 @@ def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:
 
 
 def _part(side: Side, part: slice) -> Side:
-    """The teams of a part of the trials, their indices as the kernel reads them."""
+    """Return the teams of a part of the trials, with indices of the kernel's type."""
     if side.script.number:
         return side
     return side._replace(indices=np.require(side.indices[part], np.int64, ["C", "W"]))
 
 
 def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
-    """One side of a batch in the layout that the kernel was compiled for."""
+    """Return one side of a batch in the layout that the kernel was compiled for."""
     shape = env.team(role)
     n_agents, n_opponents, n_actions = shape
     if not isinstance(teams, EvolvedTeams):
@@ -143,7 +148,7 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
     n_candidates = teams.genomes.shape[3]
     if teams.indices.size and not 0 <= teams.indices.min() <= teams.indices.max() < n_candidates:
         raise ValueError(f"indices must lie in [0, {n_candidates}), got {teams.indices.min()} to {teams.indices.max()}")
-    # Read-only arrays, as other processes share them, are another type to Numba, and would be compiled for anew.
+    # Numba would compile again for read-only arrays, such as other processes share.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
     controller = controller._replace(wiring=np.require(controller.wiring, np.int64, ["C", "W"]))
     return Side(Script(0, n_opponents, n_actions), controller, genomes, teams.indices)

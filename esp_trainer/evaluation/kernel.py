@@ -1,8 +1,8 @@
-"""The fused kernel: sixteen trials side by side, from observation to fitness without leaving the kernel.
+"""The fused kernel: plays sixteen trials side by side, from observation to fitness, in compiled code.
 
-Every lane plays its own trial, one episode after the other, and starts the next when one ends: a block is done when its
-slowest lane is. The rules, the view and the forward pass are the functions that the PettingZoo environment and the
-policy objects call.
+Each lane plays its own trial, one episode after the other: when an episode ends, the lane starts its next. A block is
+done when its slowest lane is. The rules, the observation and the forward pass are the functions that the PettingZoo
+environment and the policy objects call.
 """
 
 from __future__ import annotations
@@ -25,31 +25,32 @@ from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.policies.scripted import Script, follow
 
 PARKED = -(1 << 30)
-"""The clock of a lane that has nothing more to play: its time limit never comes."""
+"""Clock of a lane that has no more episodes to play: it never reaches the time limit."""
 
 
 class Side(NamedTuple):
-    """One side of a batch as the kernel reads it: networks or a script, so that one kernel plays every pairing and is
-    compiled once.
+    """One side of a batch as the kernel reads it: networks or a script.
+
+    Both have the same type, so that the kernel is compiled once for all pairings.
     """
 
     script: Script
-    """The script that it follows; number 0 where networks play."""
+    """Script that the side follows; its number is 0 if networks play."""
     controller: Controller
     genomes: Any
     indices: Any
 
 
 class Memory(NamedTuple):
-    """What one block of trials works in; all but ``one`` and ``episode`` have a last axis of ``LANES``."""
+    """Working memory of one block of trials. All arrays but ``one`` and ``episode`` have a last axis of ``LANES``."""
 
     world: World
     one: World
-    """A single world, to score a lane in."""
+    """A single world, in which the kernel scores a lane."""
     clock: Any
     actions: Any
     kept: Any
-    """What agents remember, scripted ones and those that draw: ``MEMORY`` rows for each."""
+    """Memory of the agents, for scripts and for sampled actions: ``MEMORY`` rows for each agent."""
     predator_weights: Any
     prey_weights: Any
     seen: Any
@@ -58,21 +59,21 @@ class Memory(NamedTuple):
     ended: Any
     """1 where a lane's episode has just ended."""
     episode: Any
-    """Which episode each lane plays."""
+    """Index of the episode that each lane plays."""
 
 
 class Outcome(NamedTuple):
-    """Where the kernel writes: the fields of :class:`esp_trainer.types.TrialResult`."""
+    """Arrays that the kernel writes: the fields of :class:`esp_trainer.types.TrialResult`, and the trace."""
 
     fitness: Any
     captured: Any
     steps: Any
     trace: Any
-    """Cells of every agent at every step of the first ``len(trace)`` trials."""
+    """Cells of every agent at every step, for the first ``len(trace)`` trials."""
 
 
 def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
-    """Memory for a thread to play blocks in."""
+    """Return working memory for a thread that plays blocks."""
     n_agents = rules.n_predators + rules.n_prey
     genes = [prod(side.indices.shape[1:]) * side.genomes.shape[-1] for side in (predators, prey)]
     controllers = predators.controller, prey.controller
@@ -95,7 +96,7 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
 
 @rule
 def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
-    """Lay the gene strings of a block's teams out by lane; lanes without a trial repeat the first."""
+    """Copy the gene strings of a block's teams into lanes; lanes without a trial repeat the first."""
     n_agents, n_networks, n_hidden = side.indices.shape[1:]
     row = 0
     for agent in range(n_agents):
@@ -111,8 +112,10 @@ def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
 
 @rule
 def seed_of(start: Any) -> int:
-    """What both teams are reset with in an episode: it follows from where everybody starts, so that an episode does
-    not depend on what else is in its batch. ``start`` is int32 ``(n_agents, 2)``.
+    """Return the seed with which both teams are reset in an episode.
+
+    The seed depends on ``start``, int32 ``(n_agents, 2)``, alone, so that an episode does not depend on the other
+    episodes of its batch.
     """
     seed = 0
     for agent in range(start.shape[0]):
@@ -123,7 +126,7 @@ def seed_of(start: Any) -> int:
 
 @rule
 def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome) -> None:
-    """Put a lane's world to the start of its episode."""
+    """Set a lane's world to the start of its episode."""
     episode = memory.episode[lane]
     n_predators = starts.shape[2] - len(memory.world.alive)
     seed = seed_of(starts[trial, episode])
@@ -142,13 +145,13 @@ def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome)
 
 @rule
 def _park(memory: Memory, lane: int) -> None:
-    """Let a lane run on unheeded."""
+    """Let a lane that has no more episodes run on without results."""
     memory.clock[0, lane] = PARKED
 
 
 @rule
 def _record(memory: Memory, lane: int, trial: int, outcome: Outcome) -> None:
-    """Keep a lane's positions, if its trial is traced."""
+    """Write a lane's positions to the trace, if its trial is traced."""
     if trial < len(outcome.trace):
         cells = outcome.trace[trial, memory.episode[lane], memory.clock[0, lane]]
         for agent in range(len(cells)):
@@ -158,7 +161,7 @@ def _record(memory: Memory, lane: int, trial: int, outcome: Outcome) -> None:
 
 @rule
 def _choose(side: Side, weights: Any, agent: int, kept: int, memory: Memory) -> Any:
-    """The action of one agent of a side, from what it sees; what it remembers is kept from row ``kept`` on."""
+    """Return the action of one agent of a side from its observation. Its memory begins at row ``kept``."""
     if side.script.number != 0:
         return follow(side.script, agent, memory.seen, memory.kept, kept)
     networks = Networks(side.controller, weights, memory.inputs, memory.votes)
@@ -167,7 +170,8 @@ def _choose(side: Side, weights: Any, agent: int, kept: int, memory: Memory) -> 
 
 @rule
 def _team_chooses(memory: Memory, side: Side, weights: Any, first: int, n_agents: int, rules: Rules) -> None:
-    """Every agent of a team looks and chooses; a central controller looks through all eyes first."""
+    """Choose the action of every agent of a team from its observation."""
+    # A central controller needs the observations of all agents before the first action.
     central = side.controller.n_together > 1
     if central:
         row = 0
@@ -182,7 +186,7 @@ def _team_chooses(memory: Memory, side: Side, weights: Any, first: int, n_agents
 
 @rule
 def move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
-    """One time step: all choose on the same view, or the prey move before the predators look."""
+    """Play one time step: all choose in the same state, or the prey move before the predators observe."""
     _team_chooses(memory, prey, memory.prey_weights, rules.n_predators, rules.n_prey, rules)
     if rules.prey_first:
         prey_turn(memory.world, memory.actions, rules)
@@ -196,7 +200,7 @@ def move(memory: Memory, predators: Side, prey: Side, rules: Rules) -> None:
 
 @rule
 def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome) -> None:
-    """Write down how a lane's episode ended."""
+    """Write the result of a lane's episode."""
     one, episode, steps = memory.one, memory.episode[lane], memory.clock[0, lane]
     for agent in range(len(one.x)):
         one.x[agent] = memory.world.x[agent, lane]
@@ -212,7 +216,7 @@ def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome
 def _load_block(
     predators: Side, prey: Side, starts: Any, first_trial: int, active: int, outcome: Outcome, memory: Memory
 ) -> None:
-    """Lay out the teams of a block's trials, and put every lane to its first start."""
+    """Copy the teams of a block's trials into lanes, and set every lane to its first start."""
     _gather(predators, first_trial, active, memory.predator_weights)
     _gather(prey, first_trial, active, memory.prey_weights)
     for lane in range(LANES):
@@ -224,7 +228,7 @@ def _load_block(
 
 @rule
 def _end_episodes(memory: Memory, starts: Any, first_trial: int, active: int, rules: Rules, outcome: Outcome) -> int:
-    """Score the lanes whose episode is over, and start their next; returns how many have none left."""
+    """Score the lanes whose episode is over, and start their next. Return the number of lanes without a next one."""
     finished = 0
     for lane in range(active):
         if memory.ended[0, lane] != 0:
@@ -252,7 +256,7 @@ def play_blocks(rules: Rules, predators: Side, prey: Side, starts: Any, outcome:
                     if memory.clock[0, lane] > 0:
                         _record(memory, lane, first_trial + lane, outcome)
             clock = load(memory.clock, 0)
-            ended = is_over(memory.world, clock, rules) & (clock > 0)  # a parked lane's clock is not
+            ended = is_over(memory.world, clock, rules) & (clock > 0)  # the clock of a parked lane is negative
             if any_of(ended):
                 store(memory.ended, 0, where(ended, 1, 0))
                 unfinished -= _end_episodes(memory, starts, first_trial, active, rules, outcome)

@@ -1,4 +1,4 @@
-"""Two teams against each other."""
+"""Matches between two teams."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Player: TypeAlias = Team | ScriptedTeams
 
 
 def match(predators: Player, prey: Player, env: EnvConfig, n_episodes: int, seed: int = 0) -> Captures:
-    """How they do from random starts that hold the parities in their true proportions.
+    """Play two teams against each other, from random starts with the parities in their true proportions.
 
     Raises :class:`ValueError` if a team does not fit the world or its role.
     """

@@ -1,7 +1,8 @@
-"""The plain evaluator: policies that act in an environment, one step at a time, through PettingZoo's public API.
+"""Reference evaluator: policies act in an environment, one step at a time, through PettingZoo's public API.
 
-It is what the compiled one is tested against, and it plays any parallel environment with discrete actions: give it the
-environment, where its episodes start, the names of the two teams, and controllers wired to its observations.
+The compiled evaluator is tested against it. It also plays any other parallel environment with discrete actions: give it
+the environment, a source of episode starts, the name prefixes of the two teams, and controllers wired to the
+environment's observations.
 """
 
 from __future__ import annotations
@@ -25,24 +26,25 @@ class ResettableStarts(Starts, Protocol):
     """Starts that an environment can be reset to."""
 
     def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
-        """What to call ``reset`` with."""
+        """Return the arguments of ``reset`` for a start."""
         ...
 
     def policy_seed(self, start: np.ndarray) -> int:
-        """What both teams are reset with."""
+        """Return the seed with which both teams are reset in an episode from a start."""
         ...
 
 
 class ReferenceEvaluator:
     """Plays batches through the PettingZoo API. An agent's fitness is its undiscounted return.
 
-    Captures and lengths in time steps are read from the infos ``captured`` and ``steps``; where an environment has
-    none, nobody counts as captured and calls of ``step`` are counted.
+    Captures and lengths in time steps are read from the infos ``captured`` and ``steps``. If an environment has none,
+    no agent counts as captured, and the length is the number of calls of ``step``.
 
     Args:
-        make_env: Makes the environment; its agents' numbers, at the end of their names, count from 0 in each team.
-        starts: Where its episodes start.
-        teams: The beginnings of the predators' and of the preys' names.
+        make_env: Function that returns the environment. The numbers at the end of agents' names count from 0 in each
+            team.
+        starts: Source of the episode starts.
+        teams: Name prefixes of the predators and of the prey.
     """
 
     def __init__(
@@ -85,7 +87,7 @@ class ReferenceEvaluator:
     def play(
         self, policies: dict[Role, Policy], start: np.ndarray
     ) -> Iterator[tuple[dict[str, float], dict[str, dict[str, Any]]]]:
-        """One episode, step by step: everybody's rewards and infos."""
+        """Play one episode. Yield the rewards and the infos of all agents after each step."""
         observations, infos = self.env.reset(**self.starts.reset_arguments(start))
         for policy in policies.values():
             policy.reset(self.starts.policy_seed(start))
@@ -107,14 +109,15 @@ class ReferenceEvaluator:
 
 
 def team_of_trial(role: Role, teams: EvolvedTeams, trial: int) -> Team:
-    """The team of one trial as a policy."""
+    """Return the team of one trial as a policy."""
     genomes = pick(teams, np.array([trial]))[0]
     return Team(role, SideConfig(), teams.controller, genomes)
 
 
 def predprey_reference(config: EnvConfig) -> ReferenceEvaluator:
-    """The reference for the predator-prey world. Its returns are fitnesses only where rewards are terminal and caught
-    prey stay, so those switches are set.
+    """Return the reference evaluator of the predator-prey world.
+
+    Its returns equal the fitness only if rewards are terminal and caught prey stay, so it sets both options.
     """
     world = config.replace(reward="terminal", captured_prey="inert")
     return ReferenceEvaluator(lambda: PredPreyEnv(world), CellStarts(world))

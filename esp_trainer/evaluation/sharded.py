@@ -1,4 +1,4 @@
-"""The evaluator for more than one machine: a batch in shards, each played by a worker of a Ray cluster."""
+"""Evaluator for several machines: workers of a Ray cluster play a batch in shards."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, Tr
 from predprey_env.config import EnvConfig
 
 LEAST_EPISODES = 500
-"""In a shard: what is played in about the time that it takes to send them (docs/scaling.md)."""
+"""Smallest number of episodes in a shard: playing them takes about as long as sending them (docs/scaling.md)."""
 
 
 class ShardedEvaluator:
     """Plays batches on the Ray cluster that the process is connected to (:func:`esp_trainer.cluster.connected`).
 
-    The results are those of :class:`~esp_trainer.evaluation.fused.FusedEvaluator`, byte for byte, whatever the number
-    of shards and of workers, and whichever of them die. What would not fill two shards is played here.
+    The results are those of :class:`~esp_trainer.evaluation.fused.FusedEvaluator`, byte for byte, for any number of
+    shards and workers, and whichever workers die. A batch that would not fill two shards is played on this machine.
 
     Args:
         env: The world.
-        shards: Of a batch; by default one for each core of the cluster, counted anew for each batch.
-        least_episodes: In a shard.
-        threads: For what is played here.
+        shards: Number of shards in a batch; by default one for each core of the cluster, counted again for each batch.
+        least_episodes: Smallest number of episodes in a shard.
+        threads: Number of threads for batches that are played on this machine.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class ShardedEvaluator:
         self.starts = self._here.starts
 
     def compile(self) -> None:
-        """Get the kernel ready here; a node that has not played before does so with its first shard."""
+        """Load or compile the kernel on this machine. Any other node does so with its first shard."""
         self._here.compile()
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
@@ -66,7 +66,7 @@ class ShardedEvaluator:
 def _play(
     common: tuple[EnvConfig, Teams, Teams], predators: np.ndarray | None, prey: np.ndarray | None, starts: np.ndarray
 ) -> TrialResult:
-    """A shard, on a worker."""
+    """Play a shard, on a worker."""
     env, hunters, hunted = common
     batch = TrialBatch(_with_indices(hunters, predators), _with_indices(hunted, prey), starts)
     return _evaluator(env).evaluate(batch)
@@ -82,7 +82,7 @@ def _indices(teams: Teams) -> np.ndarray | None:
 
 
 def _without_indices(teams: Teams) -> Teams:
-    """What all shards have in common: the candidates."""
+    """Return the part of the teams that all shards share: the candidates."""
     return teams.part(slice(0))
 
 

@@ -1,8 +1,8 @@
-"""Where episodes start, and what of it decides them: parity.
+"""Starts of episodes, and the parities that decide many of them.
 
 On an even torus every step changes the Manhattan distance between a predator and a prey that both move by an even
-number, so a predator at an odd distance never lands on the prey unless it idles once. Whoever compares teams must know
-how many predators started at an even distance.
+number, so a predator at an odd distance never lands on the prey unless it idles once. A comparison of teams must
+therefore count the predators that start at an even distance.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from esp_trainer.evaluation.kernel import seed_of
 from predprey_env.config import EnvConfig
 from predprey_env.starts import draw_starts, on_a_predator
 
-_PATIENCE = 100  # draws before a start is given up
+_PATIENCE = 100  # attempts to move prey before all agents of a start are sampled again
 
 
 class CellStarts:
@@ -25,16 +25,16 @@ class CellStarts:
         self.config = config
 
     def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> np.ndarray:
-        """Uniform random starts."""
+        """Sample uniform starts."""
         starts = draw_starts(generator, n_trials * n_episodes, self.config)
         return starts.reshape(n_trials, n_episodes, self.config.n_agents, 2)
 
     def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
-        """Random starts, one a trial, that hold the parities in their true proportions: exactly, for multiples of 8.
+        """Sample starts, one per trial, with the parities in their true proportions: exactly, for multiples of 8.
 
-        On an even torus the agents' parities relative to the first prey run through all patterns in turn: with three
-        predators, 0, 1, 2 and 3 of them are at an even distance from a prey in 1 : 3 : 3 : 1. On an odd torus going
-        round changes a parity, and the starts are plain random ones.
+        On an even torus the agents' parities relative to the first prey run through all patterns in turn. With three
+        predators, 0, 1, 2 and 3 of them are at an even distance from a prey in the proportions 1 : 3 : 3 : 1. On an odd
+        torus a way round changes the parity, so the starts are uniform.
         """
         config = self.config
         starts = draw_starts(generator, n_trials, config)
@@ -48,54 +48,57 @@ class CellStarts:
         return starts[:, None]
 
     def even_predators(self, starts: np.ndarray) -> np.ndarray:
-        """For each prey, how many predators start at an even distance: int ``(..., n_prey)``."""
+        """Return the number of predators that start at an even distance from each prey: int ``(..., n_prey)``."""
         return np.asarray((distances(starts, self.config) % 2 == 0).sum(axis=-2))
 
     def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
-        """What to call the environment's ``reset`` with for a start."""
+        """Return the arguments of the environment's ``reset`` for a start."""
         return {"options": {"starts": start}}
 
     def policy_seed(self, start: np.ndarray) -> int:
-        """What both teams are reset with in an episode from a start."""
+        """Return the seed with which both teams are reset in an episode from a start."""
         return int(seed_of(start))
 
 
 class SeedStarts:
-    """Starts of any environment: the seeds to reset it with, int64 ``(n_trials, n_episodes)``."""
+    """Starts of any environment: seeds to reset it with, int64 ``(n_trials, n_episodes)``."""
 
     def __init__(self, n_prey: int) -> None:
         self.n_prey = n_prey
 
     def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> np.ndarray:
-        """Random seeds."""
+        """Sample seeds."""
         return generator.integers(0, 2**31, (n_trials, n_episodes))
 
     def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
-        """Random seeds, one a trial."""
+        """Sample seeds, one per trial."""
         return self.draw(generator, n_trials, 1)
 
     def even_predators(self, starts: np.ndarray) -> np.ndarray:
-        """Nothing is known of parity: all 0."""
+        """Return zeros, as the parities of these starts are unknown."""
         return np.zeros((*starts.shape, self.n_prey), int)
 
     def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
-        """What to call the environment's ``reset`` with for a start."""
+        """Return the arguments of the environment's ``reset`` for a start."""
         return {"seed": int(start)}
 
     def policy_seed(self, start: np.ndarray) -> int:
-        """What both teams are reset with in an episode from a start."""
+        """Return the seed with which both teams are reset in an episode from a start."""
         return int(start)
 
 
 def distances(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
-    """Toroidal Manhattan distances, int ``(..., n_predators, n_prey)``, of starts ``(..., n_agents, 2)``."""
+    """Return toroidal Manhattan distances, int ``(..., n_predators, n_prey)``, of starts ``(..., n_agents, 2)``."""
     predators, prey = starts[..., : config.n_predators, None, :], starts[..., None, config.n_predators :, :]
     apart = np.abs(predators - prey)
     return np.asarray(np.minimum(apart, config.size - apart).sum(axis=-1))
 
 
 def _part(generator: np.random.Generator, starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> None:
-    """Redraw prey that start in a predator's cell, in place; all agents, if predators fill every cell of a parity."""
+    """Move prey that start on a predator to random cells of the same parity, in place.
+
+    Sample all agents of a start again if many attempts fail.
+    """
     tries = 0
     while (met := on_a_predator(starts, config)).any():
         tries += 1
@@ -104,17 +107,17 @@ def _part(generator: np.random.Generator, starts: np.ndarray, odd: np.ndarray, c
         if tries % _PATIENCE:
             prey = fresh[:, config.n_predators :]
             cells = generator.integers(0, config.size, prey.shape, dtype=prey.dtype)
-            cells[..., 0] ^= (cells.sum(axis=-1) + prey.sum(axis=-1)) & 1  # the parity that it had
+            cells[..., 0] ^= (cells.sum(axis=-1) + prey.sum(axis=-1)) & 1  # keeps the prey's parity
             prey[met[again]] = cells[met[again]]
-        else:
+        else:  # predators may fill every cell of a parity
             fresh = _with_parities(draw_starts(generator, len(fresh), config), odd[again], config)
         starts[again] = fresh
 
 
 def _with_parities(starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> np.ndarray:
-    """Starts in which the agents marked ``odd`` are at an odd distance from the first prey, and the others are not.
+    """Return starts in which the agents marked ``odd``, and no others, are at an odd distance from the first prey.
 
-    Those that must move go to the other cell of a pair of neighbours, so that the cells stay uniform.
+    An agent with the other parity moves to the second cell of a pair of neighbours, so that the cells stay uniform.
     """
     parity = starts.sum(axis=-1) + starts[:, config.n_predators].sum(axis=-1, keepdims=True)
     placed = starts.copy()

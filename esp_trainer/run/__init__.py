@@ -1,1 +1,1 @@
-"""A run on disk: the loop, its checkpoints, its champions."""
+"""A run on disk: the training loop, its checkpoints and its champions."""

@@ -1,4 +1,4 @@
-"""All that the next generation follows from, in one file."""
+"""Checkpoints: the state that the next generation follows from, in one file."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import Role, ScriptedTeams
 
 NO_MATTER = ("generations", "checkpoint_every")
-"""Settings that no generation depends on."""
+"""Settings that affect no generation."""
 
 
 class OtherConfigError(ValueError):
-    """A checkpoint that another config made."""
+    """A checkpoint was written with another config."""
 
 
 _ESP = "esp"
 
 
 def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], generations: int) -> None:
-    """Write the state after that many generations."""
+    """Write the state after a number of generations."""
     arrays, progress = {}, {}
     for role, side in sides.items():
         if isinstance(side, EvolvingSide):
@@ -57,7 +57,7 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
 
 
 def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -> tuple[dict[Role, Side], int]:
-    """Both sides, and how many generations they have behind them.
+    """Return both sides, and the number of generations that they have behind them.
 
     Only a run that is resumed needs its league. Without it the halls of fame hold the run's own champions alone.
     """
@@ -68,7 +68,7 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
 
 
 def generations_in(path: Path, config: RunConfig) -> int:
-    """How many generations a checkpoint has behind it; 0 if there is none."""
+    """Return the number of generations behind a checkpoint; 0 if there is no checkpoint."""
     if not path.exists():
         return 0
     with _usable(path):
@@ -85,7 +85,7 @@ def _read(path: Path, config: RunConfig) -> tuple[dict[str, Any], dict[str, np.n
 
 @contextmanager
 def _usable(path: Path) -> Iterator[None]:
-    """Let errors in the contents of a checkpoint name it."""
+    """Raise errors in the contents of a checkpoint with its path."""
     try:
         yield
     except (OtherConfigError, DamagedFileError):
@@ -97,7 +97,7 @@ def _usable(path: Path) -> Iterator[None]:
 
 
 def check_algorithms(path: Path, config: RunConfig) -> None:
-    """Raise :class:`ValueError` if a side of a checkpoint was bred or played by another than the config names."""
+    """Raise :class:`ValueError` if another algorithm than the config names bred or played a side of a checkpoint."""
     for role, saved in read_arrays(path, "checkpoint")[0].get("algorithms", {}).items():
         ours = side_config(config, role).policy
         if saved != ours:
@@ -110,7 +110,7 @@ def follow_from(config: RunConfig, sides: dict[Role, Side]) -> bool:
 
 
 def _algorithm(side: Side) -> str:
-    """Return the name of what breeds or plays a side: ``esp``, a script, or somebody's class."""
+    """Return the name of the algorithm that breeds or plays a side: ``esp``, a script, or a user's class."""
     if isinstance(side, ScriptedTeams):
         return side.script
     kind = type(side.subpopulations) if isinstance(side, EvolvingSide) else type(side)
@@ -124,7 +124,7 @@ def _restore(
     progress: dict[str, Any],
     generations: int,
 ) -> dict[Role, Side]:
-    """Both new sides with the genomes, the fame and the progress of a checkpoint."""
+    """Return new sides with the genomes, the hall of fame and the progress of a checkpoint."""
     for role, side in sides.items():
         if not isinstance(side, EvolvingSide):
             continue
@@ -163,7 +163,10 @@ def _check(name: str, array: np.ndarray, shape: tuple[int, ...], kind: type[np.f
 
 
 def difference(saved: dict[str, Any], wanted: dict[str, Any], prefix: str = "") -> str | None:
-    """The first setting that two configs do not share, of those that matter: what it is there, and here."""
+    """Return the first setting that differs between two configs, with both values; None if there is none.
+
+    Settings that affect no generation are ignored.
+    """
     for name in {**saved, **wanted}:
         ours, theirs = wanted.get(name), saved.get(name)
         if isinstance(ours, dict) and isinstance(theirs, dict):

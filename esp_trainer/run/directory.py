@@ -1,11 +1,11 @@
-"""Where a run keeps itself.
+"""The directory of a run.
 
 | file                                | what                                                                     |
 |-------------------------------------|--------------------------------------------------------------------------|
 | ``config.json``                     | the config, and the versions that wrote it                               |
-| ``metrics.jsonl``                   | a line for each generation, the same however the run was stopped         |
+| ``metrics.jsonl``                   | a line for each generation, the same after any interruption              |
 | ``timing.jsonl``                    | wall seconds of each generation, by phase                                |
-| ``checkpoint.safetensors``          | all that the next generation follows from                                |
+| ``checkpoint.safetensors``          | the state that the next generation follows from                          |
 | ``league.safetensors``              | champions of other runs in the opponent pools, if there are any          |
 | ``champions/predators-00041.safetensors`` | each generation's champion of each side; see ``esp.hof_size`` |
 """
@@ -27,7 +27,7 @@ from esp_trainer.types import ROLES, Role
 
 
 def versions() -> dict[str, str]:
-    """What a run's numbers depend on beside its config: the rules, and NumPy's random streams."""
+    """Return the versions that a run's numbers depend on besides its config: the rules, and NumPy's random streams."""
     return {name: version(name) for name in ("predprey-esp", "numpy")}
 
 
@@ -46,28 +46,28 @@ class RunDirectory:
         self._made: list[Path] = []
 
     def create(self, config: RunConfig, league: League = NO_LEAGUE) -> Lock:
-        """Begin a run here, with the lock; a directory that holds anything already is left as it is and refused."""
+        """Begin a run in this directory, and return its lock. Refuse a directory that already holds something."""
         self._check_free()
         try:
             self._make(self.path)
             lock = self.lock()
-            self._check_free()  # of two that start at once, one got the lock
+            self._check_free()  # another run may have started before this one got the lock
             self._make(self.champions)
-            self._write_league(league)  # before the config, which makes it a run that can be resumed
+            self._write_league(league)  # before the config, which makes the run resumable
             self.write_config(config)
             self._made.append(self.config_file)
-        except BaseException:  # Ctrl-C too
+        except BaseException:  # Ctrl-C included
             self.discard()
             raise
         return lock
 
     def _write_league(self, league: League) -> None:
-        for leftover in (self.league_file, *self.path.glob(".*.part")):  # of a start that was killed
+        for leftover in (self.league_file, *self.path.glob(".*.part")):  # left by a start that was killed
             leftover.unlink(missing_ok=True)
         if league.genomes:
             self._made.append(self.league_file)
             league.save(self.league_file)
-            sync_directory(self.path)  # or a power cut could leave the config without it
+            sync_directory(self.path)  # otherwise a power cut could leave a config without its league
 
     def _check_free(self) -> None:
         if self.config_file.exists():
@@ -81,15 +81,15 @@ class RunDirectory:
             self._made.append(directory)
 
     def _matters(self, entry: Path) -> bool:
-        """Whether a file is more than the rest of a start that was killed."""
+        """Return whether a file is more than the remains of a start that was killed."""
         if entry == self.champions and entry.is_dir():
             return any(entry.iterdir())
         if entry == self.league_file:
-            return not self.champions.is_dir()  # which a start makes before
+            return not self.champions.is_dir()  # a start makes champions/ before the league
         return entry.name not in {f".{file.name}.part" for file in (self.config_file, self.league_file)}
 
     def discard(self) -> None:
-        """Undo :meth:`create`, as far as it went."""
+        """Undo :meth:`create`, as far as it got."""
         for path in reversed(self._made):
             with suppress(OSError):
                 path.rmdir() if path.is_dir() else path.unlink()
@@ -97,30 +97,30 @@ class RunDirectory:
         self.unlock()
 
     def lock(self) -> Lock:
-        """Keep everybody else out until this process ends, the lock is released or :meth:`unlock` is called."""
+        """Lock the directory until this process ends, the lock is released, or :meth:`unlock` is called."""
         self._lock = Lock(self.path)
         return self._lock
 
     def unlock(self) -> None:
-        """Let others in."""
+        """Release the lock."""
         if self._lock is not None:
             self._lock.release()
             self._lock = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the lock out of copies and pickles: one object holds it."""
+        """Leave the lock out of copies and pickles, as only one object holds it."""
         return self.__dict__ | {"_lock": None, "_made": []}
 
     def __del__(self) -> None:
         self.unlock()
 
     def write_config(self, config: RunConfig) -> None:
-        """Put the config in place."""
+        """Write the config and the versions."""
         whole = {"schema": SCHEMA, "versions": versions(), "config": config.model_dump()}
         write(self.config_file, to_json(whole))
 
     def read_config(self) -> RunConfig:
-        """The run's config."""
+        """Return the config of the run."""
         if not self.config_file.is_file():
             raise FileNotFoundError(f"{self.path} holds no run: there is no config.json")
         try:
@@ -134,20 +134,20 @@ class RunDirectory:
             raise DamagedFileError(f"{self.config_file} is damaged: {error}") from None
 
     def read_league(self, config: RunConfig) -> League:
-        """The league that the run was begun with."""
+        """Return the league that the run began with."""
         return League.load(self.league_file, config.league)
 
     def begun_with(self) -> dict[str, str]:
-        """The versions that the run was begun with."""
+        """Return the versions that the run began with."""
         found = json.loads(self.config_file.read_bytes()).get("versions", {})
         return found if isinstance(found, dict) else {}
 
     def champion_file(self, role: Role, generation: int) -> Path:
-        """Where a generation's champion is."""
+        """Return the path of a generation's champion."""
         return self.champions / f"{role}-{generation:05d}.safetensors"
 
     def rewind(self, generations: int) -> None:
-        """Go back to a checkpoint after that many generations: later lines and champions go, and half-written files."""
+        """Go back to a checkpoint after some generations: delete later lines and champions, and half-written files."""
         kept = whole_lines(self.metrics_file)[:generations]
         if len(kept) < generations:
             raise DamagedFileError(f"{self.metrics_file} must hold {generations} whole lines, got {len(kept)}")
@@ -159,12 +159,12 @@ class RunDirectory:
             leftover.unlink()
         self.keep_champions(range(generations))
         write(self.metrics_file, b"".join(kept))
-        # A kill after a checkpoint may have cost a line there: lines count by what they say, not by their place.
+        # A kill after a checkpoint may have lost a line of this log, so lines are found by generation, not by place.
         timed = [line for line in whole_lines(self.timing_file) if _generation(line) in range(generations)]
         write(self.timing_file, b"".join(timed))
 
     def champion_generations(self, role: Role) -> list[int]:
-        """Whose champions there are, in order."""
+        """Return the generations that have a champion's file, in order."""
         names = (file.stem.rpartition("-")[2] for file in self.champions.glob(f"{role}-*.safetensors"))
         return sorted(int(name) for name in names if name.isdecimal())
 
@@ -195,19 +195,19 @@ class Log:
             sync(self._file.fileno())
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         with naming(self._path):
             self._file.close()
 
 
 class Tail:
-    """What is new in a log that another process writes."""
+    """Reads the new lines of a log that another process writes."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._read = path, 0
 
     def look(self) -> tuple[list[bytes], bool]:
-        """Whole lines since the last look, and whether the log has been cut, so that they are all that it holds."""
+        """Return the whole lines since the last call, or all lines if the log was cut, and whether it was cut."""
         size = self._path.stat().st_size if self._path.exists() else 0
         cut = size < self._read  # resumed from an earlier checkpoint
         if cut:
@@ -222,14 +222,14 @@ class Tail:
 
 
 def whole_lines(path: Path) -> Sequence[bytes]:
-    """The lines of a log, without one that was cut off; none if there is no such file."""
+    """Return the lines of a log without a last line that was cut off; none if the file does not exist."""
     if not path.exists():
         return []
     return [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
 
 
 def records(log: Path) -> list[dict[str, Any]]:
-    """The lines of a log, up to the first that is damaged."""
+    """Return the records of a log, up to the first damaged line."""
     found: list[dict[str, Any]] = []
     for line in whole_lines(log):
         if _generation(line) != len(found):

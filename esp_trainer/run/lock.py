@@ -1,4 +1,4 @@
-"""One process or trainer at a time works in a directory."""
+"""Locks, which let one process or trainer at a time work in a directory."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-# What file systems answer that do not know locks: FUSE and Lustre, NFS without its lock daemon or of a directory.
+# Errors of file systems without locks: FUSE and Lustre, and NFS for a directory or without its lock daemon.
 _CANNOT_LOCK = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EBADF, errno.EINVAL)
 
 _MOMENT = 0.02  # seconds
 
 
 class Lock:
-    """Keeps everybody else who asks out of a directory.
+    """A lock that keeps other processes and trainers that ask for it out of a directory.
 
     Systems and file systems that cannot lock let everybody in.
 
-    Raises :class:`BlockingIOError` if somebody else has the lock.
+    Raises :class:`BlockingIOError` if another holder has the lock.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -47,20 +47,20 @@ class Lock:
                 os.close(descriptor)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Let a copy or a pickle hold nothing."""
+        """Return the state of a lock that is not held, for copies and pickles."""
         return {"_process": None, "_descriptor": None}
 
     @property
     def held(self) -> bool:
-        """Whether this process has the lock; a fork of it has not."""
+        """Return whether this process has the lock; a fork of it has not."""
         return self._process == os.getpid()
 
     def release(self) -> None:
-        """Let others in."""
+        """Release the lock."""
         held, self._process = self.held, None
         if self._descriptor is None:
             return
-        if held:  # a forked process may still hold a copy of the descriptor, and the lock by it
+        if held:  # a fork's copy of the descriptor would keep the lock
             with suppress(OSError):
                 fcntl.flock(self._descriptor, fcntl.LOCK_UN)
         os.close(self._descriptor)
@@ -68,7 +68,7 @@ class Lock:
 
     @classmethod
     def is_free(cls, directory: Path) -> bool:
-        """Return whether nobody has the lock of a directory; False where systems cannot lock and nobody knows."""
+        """Return whether nobody has the lock of a directory; False if this cannot be known without locks."""
         try:
             lock = cls(directory)
         except OSError:
@@ -79,7 +79,7 @@ class Lock:
 
 
 def _flock(descriptor: int) -> None:
-    for _ in range(2):  # who asks whether it is free has it for a moment
+    for _ in range(2):  # another process that calls is_free() holds it for a moment
         with suppress(BlockingIOError):
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return

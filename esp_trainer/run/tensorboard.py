@@ -1,4 +1,4 @@
-"""A run's log for TensorBoard, beside its own: the numbers of ``metrics.jsonl`` and ``timing.jsonl`` as scalars."""
+"""A TensorBoard log of a run: the numbers of ``metrics.jsonl`` and ``timing.jsonl`` as scalars."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from esp_trainer.files import naming
 
 
 class TensorBoardLog:
-    """An event file in a directory. A resumed run adds another; what both tell of a generation is the same.
+    """An event file in a directory. A resumed run adds another file; generations in both have the same numbers in both.
 
-    TensorBoard's own writer keeps two minutes of events in memory, which a killed run would lose, and writes them in a
-    thread whose errors nobody hears.
+    TensorBoard's own writer is not used: it keeps two minutes of events in memory, which a killed run would lose, and
+    writes them in a thread whose errors are never raised.
 
     Raises :class:`gymnasium.error.DependencyNotInstalled` without the extra ``tensorboard``.
     """
@@ -35,7 +35,7 @@ class TensorBoardLog:
         self._write(file_version="brain.Event:2")
 
     def add(self, record: Mapping[str, Any], seconds: Mapping[str, float]) -> None:
-        """A generation: its line of the log, and its wall seconds by phase."""
+        """Write a generation: its record of the log, and its wall seconds by phase."""
         values = [{"tag": name, "simple_value": n} for name, n in (*_scalars(record), *_scalars(seconds, "seconds/"))]
         self._write(step=record["generation"], summary={"value": values})
 
@@ -47,13 +47,13 @@ class TensorBoardLog:
             self._file.flush()
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         with naming(self._path):
             self._file.close()
 
 
 def check_installed() -> None:
-    """Raise :class:`gymnasium.error.DependencyNotInstalled`, with what to do about it, if TensorBoard is not there."""
+    """Raise :class:`gymnasium.error.DependencyNotInstalled`, with the remedy, if TensorBoard is missing."""
     try:
         import tensorboard.summary  # noqa: F401
     except ImportError:
@@ -63,7 +63,7 @@ def check_installed() -> None:
 
 
 def _scalars(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
-    """The numbers of a tree by the way to them; of a rate with its interval the rate."""
+    """Yield the numbers of a tree with their paths; of a rate with an interval, the rate."""
     for name, value in tree.items():
         if isinstance(value, Mapping) and "rate" in value:
             yield prefix + name, value["rate"]

@@ -1,4 +1,4 @@
-"""The loop: generation after generation, with everything on disk that another program or a resumed run needs."""
+"""The training loop, which writes to disk all that another program or a resumed run needs."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from esp_trainer.types import Evaluator
 
 
 class Trainer:
-    """A run in a directory. :meth:`start` or :meth:`resume` it, then go through :meth:`generations`.
+    """A run in a directory. Call :meth:`start` or :meth:`resume`, then iterate over :meth:`generations`.
 
-    A generation happens wholly or not at all: after an exception, Ctrl-C for example, call :meth:`generations` again or
+    A generation happens wholly or not at all: after an exception, such as Ctrl-C, call :meth:`generations` again or
     :meth:`resume` the run.
     """
 
@@ -46,7 +46,7 @@ class Trainer:
         self._saved = saved  # generations in the checkpoint
         self._stopping = False
         self._going: weakref.ref[Generator[Generation, None, None]] | None = None
-        # What all its champions have in common.
+        # Provenance that all champions of the run share.
         self._origin = {**config.model_dump(exclude=set(NO_MATTER)), "version": versions()["predprey-esp"]}
 
     @classmethod
@@ -57,13 +57,13 @@ class Trainer:
         make: Callable[[RunConfig], Evaluator],
         league: League = NO_LEAGUE,
     ) -> Trainer:
-        """A new run in an empty directory; ``make`` gives it its evaluator. A ``league`` is copied there."""
+        """Start a run in an empty directory. ``make`` returns its evaluator; a ``league`` is copied there."""
         config = league.enter(config)
         sides = new_sides(config, league)
         lock = directory.create(config, league)
         try:
             return cls(directory, config, Coevolution(config, sides, make(config)), 0, lock)
-        except BaseException:  # Ctrl-C while the kernel compiles, say
+        except BaseException:  # Ctrl-C included, for example while the kernel compiles
             directory.discard()
             raise
 
@@ -71,7 +71,7 @@ class Trainer:
     def resume(
         cls, directory: RunDirectory, make: Callable[[RunConfig], Evaluator], generations: int | None = None
     ) -> Trainer:
-        """The run of a directory from its last checkpoint, if need be to another number of generations."""
+        """Resume the run of a directory from its last checkpoint, optionally with another number of generations."""
         config = directory.read_config()
         lock = directory.lock()
         try:
@@ -94,34 +94,34 @@ class Trainer:
 
     @property
     def done(self) -> int:
-        """Generations so far."""
+        """Number of generations so far."""
         return self.coevolution.done
 
     def stop(self) -> None:
-        """End the call of :meth:`generations` that is under way, or the next one, after the generation in hand."""
+        """End the running call of :meth:`generations` after its current generation, or else the next call at once."""
         self._stopping = True
 
     def generations(self) -> Iterator[Generation]:
-        """Run, and hand out each generation once it is on disk; a call goes on where the one before it ended.
+        """Run, and yield each generation once it is on disk. A call continues where the one before it ended.
 
-        Raises :class:`BlockingIOError` if somebody else is at work on the run, and :class:`ValueError` if it is no
-        longer as an earlier call left it.
+        Raises :class:`BlockingIOError` if another trainer, thread or process works on the run, and :class:`ValueError`
+        if the run is no longer as an earlier call left it.
         """
-        if self._going and (earlier := self._going()):  # a notebook keeps the loop of a cell that was interrupted
+        if self._going and (earlier := self._going()):  # a notebook keeps the loop of an interrupted cell alive
             try:
                 earlier.close()
             except ValueError:
                 raise BlockingIOError(f"{self.directory.path} is in use by another thread") from None
         generations = self._run()
-        self._going = weakref.ref(generations)  # or who breaks out of the loop would not end it
+        self._going = weakref.ref(generations)  # weak, so that leaving the loop ends the generator
         return generations
 
     def _run(self) -> Generator[Generation, None, None]:
-        with ExitStack() as held:  # let go in any case: a log that does not fit on the disk cannot even be closed
+        with ExitStack() as held:  # releases the lock even if a log cannot be closed on a full disk
             held.callback(self._let_go)
             self._take_up()
             if not self.done and not follow_from(self.config, self.coevolution.sides):
-                self._write_checkpoint()  # so that resume knows from the beginning that it cannot go on with them
+                self._write_checkpoint()  # so that resume refuses a user's own algorithm from the beginning
             metrics = held.enter_context(closing(Log(self.directory.metrics_file)))
             timing = held.enter_context(closing(Log(self.directory.timing_file)))
             while self.done < self.config.generations and not self._stopping:
@@ -130,7 +130,7 @@ class Trainer:
                 held_out = generation.held_out.as_dict()
                 self._save_champions(generation, held_out)
                 metrics.append(record(generation, held_out))
-                self.coevolution.sides = sides  # now it has happened
+                self.coevolution.sides = sides  # from here on the generation counts
                 if self.done % self.config.checkpoint_every == 0:
                     self._save_checkpoint(metrics)
                 seconds = {**generation.seconds, "files": perf_counter() - begun}
@@ -139,7 +139,7 @@ class Trainer:
             self._save_checkpoint(metrics)
 
     def _take_up(self) -> None:
-        """Lock the directory again after an earlier call, and undo what that call left half done."""
+        """Lock the directory again after an earlier call, and undo the generation that the call left unfinished."""
         if self._lock.held:
             return
         self._lock = self.directory.lock()
@@ -154,7 +154,7 @@ class Trainer:
         self.directory.rewind(self.done)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the loop that is under way out of copies and pickles."""
+        """Leave the running loop out of copies and pickles."""
         return self.__dict__ | {"_going": None}
 
     def _let_go(self) -> None:
@@ -162,10 +162,10 @@ class Trainer:
         self._lock.release()
 
     def _save_checkpoint(self, metrics: Log) -> None:
-        """Write a checkpoint, unless there is one of this generation."""
+        """Write a checkpoint, unless there is one of this generation already."""
         if self._saved == self.done:
             return
-        metrics.sync()  # a checkpoint never knows more generations than the log and the champions
+        metrics.sync()  # the log and the champions must be on disk before a checkpoint that counts them
         sync_directory(self.directory.champions)
         self._write_checkpoint()
         _keep_champions(self.directory, self.config, self.done)
@@ -192,19 +192,19 @@ class Trainer:
 
 
 def _keep_champions(directory: RunDirectory, config: RunConfig, done: int) -> None:
-    """Of a run that is longer than its hall of fame, keep the files of those that are in it."""
+    """Delete the files of champions that are no longer in the hall of fame."""
     kept = kept_generations(done, config.esp.hof_size)
     if len(kept) < done:
         directory.keep_champions(set(kept.tolist()))
 
 
 def _rounded(values: dict[str, float]) -> dict[str, float | None]:
-    """JSON values, without the last digits of sums, which differ from processor to processor."""
+    """Return JSON values without the last digits of sums, which differ between processors; None for nan."""
     return {name: None if isnan(value) else round(value, 4) for name, value in values.items()}
 
 
 def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
-    """A line of ``metrics.jsonl``."""
+    """Return a line of ``metrics.jsonl``."""
     return {
         "generation": generation.number,
         "trials": {
