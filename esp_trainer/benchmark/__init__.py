@@ -1,1 +1,1 @@
-"""Any policy against evolved and scripted teams: how good is it?"""
+"""A benchmark for any policy: its results against evolved and scripted teams."""

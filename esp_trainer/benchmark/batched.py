@@ -1,4 +1,4 @@
-"""What learning libraries give us: policies that are asked about many agents at once."""
+"""Policies made by learning libraries, which choose for many agents at once."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from predprey_env.config import TeamShape
 
 
 class BatchedPolicy(ABC):
-    """A policy that remembers nothing and plays every agent of its team alike.
+    """A policy without memory that plays every agent of its team alike.
 
-    Meets the policy protocol, with ``act_batch`` for vector environments; what it is asked for is an action for each
-    row of observations.
+    Implements the policy protocol, with ``act_batch`` for vector environments. A subclass implements :meth:`choose`,
+    which returns an action for each row of observations.
     """
 
-    def reset(self, seed: int | None = None) -> None:  # noqa: B027 - not abstract: most need none
-        """Nothing to forget, and nothing random."""
+    def reset(self, seed: int | None = None) -> None:  # noqa: B027 - not abstract: most policies need none
+        """Do nothing: the policy has no memory, and no randomness."""
 
     def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        """An action for each agent that has an observation, float32 ``(n_seen,)``."""
+        """Return an action for each agent that has an observation, float32 ``(n_seen,)``."""
         if not observations:
             return {}
         chosen = self.choose(np.stack(list(observations.values())))
         return dict(zip(observations, chosen.tolist(), strict=True))
 
     def act_batch(self, observations: np.ndarray) -> np.ndarray:
-        """Actions ``(n_worlds, n_agents)`` for observations float32 ``(n_worlds, n_agents, n_seen)``."""
+        """Return actions ``(n_worlds, n_agents)`` for observations float32 ``(n_worlds, n_agents, n_seen)``."""
         return self.choose(observations.reshape(-1, observations.shape[-1])).reshape(observations.shape[:-1])
 
     @abstractmethod
     def choose(self, rows: np.ndarray) -> np.ndarray:
-        """Actions, int ``(n,)``, for rows of observations, float32 ``(n, n_seen)``."""
+        """Return actions, int ``(n,)``, for rows of observations, float32 ``(n, n_seen)``."""
 
 
 class WeighingPolicy(BatchedPolicy):
-    """One that weighs all actions, and takes the most likely or draws.
+    """A policy with action probabilities; acts greedily or samples.
 
     Args:
-        shape: Of the team.
-        drawn: Whether it draws.
+        shape: Shape of the team.
+        drawn: True to sample actions; False to take the most likely ones.
     """
 
     def __init__(self, shape: TeamShape, *, drawn: bool) -> None:
@@ -51,24 +51,26 @@ class WeighingPolicy(BatchedPolicy):
         self.drawn = drawn
 
     def chances_batch(self, observations: np.ndarray) -> np.ndarray:
-        """The chances with which it draws each action, float64 ``(n_worlds, n_agents, n_actions)``, for observations
-        float32 ``(n_worlds, n_agents, n_seen)``; :class:`ValueError` if it does not say them.
+        """Return the probabilities of all actions, float64 ``(n_worlds, n_agents, n_actions)``.
+
+        The observations are float32 ``(n_worlds, n_agents, n_seen)``. Raises :class:`ValueError` if the policy gives no
+        probabilities.
         """
         found = self.weigh(observations.reshape(-1, observations.shape[-1]))
         return found.astype(np.float64).reshape(*observations.shape[:-1], self._n_actions)
 
     @abstractmethod
     def weigh(self, rows: np.ndarray) -> np.ndarray:
-        """The chances from which actions are drawn, ``(n, n_actions)``, for rows of observations."""
+        """Return the probabilities of all actions, ``(n, n_actions)``, for rows of observations."""
 
 
 class SB3Policy(WeighingPolicy):
     """A model of Stable-Baselines3.
 
     Args:
-        model: Its spaces must be those of one agent of the team, or it is a :class:`ValueError`.
-        shape: Of the team.
-        drawn: Whether actions are drawn from the model's chances; else they are its most likely ones.
+        model: Model with the spaces of one agent of the team; other spaces raise :class:`ValueError`.
+        shape: Shape of the team.
+        drawn: True to sample actions from the model's probabilities; False to take its most likely ones.
     """
 
     def __init__(self, model: Any, shape: TeamShape, *, drawn: bool = False) -> None:
@@ -82,16 +84,16 @@ class SB3Policy(WeighingPolicy):
         self._model = model
 
     def reset(self, seed: int | None = None) -> None:
-        """What is drawn follows from the seed; the libraries' own generators are set to it."""
+        """Set the libraries' own random generators to the seed, which determines the sampled actions."""
         if self.drawn:
             self._model.set_random_seed(seed)
 
     def choose(self, rows: np.ndarray) -> np.ndarray:
-        """What the model predicts."""
+        """Return the actions that the model predicts."""
         return np.asarray(self._model.predict(rows, deterministic=not self.drawn)[0])
 
     def weigh(self, rows: np.ndarray) -> np.ndarray:
-        """Those of a policy that has a distribution over actions, as PPO's and A2C's."""
+        """Return the probabilities of a model that has a distribution over actions, such as PPO and A2C."""
         policy = self._model.policy
         if not hasattr(policy, "get_distribution"):
             raise PolicyError(f"{type(self._model).__name__} does not say the chances of its actions")
@@ -105,11 +107,11 @@ class TorchPolicy(WeighingPolicy):
     """A PyTorch module.
 
     Args:
-        module: From observations float32 ``(n, n_seen)`` to logarithms of chances ``(n, n_actions)``, up to a constant,
-            or to actions, int ``(n,)``; or a TensorDict module, such as TorchRL's actors, that reads ``"observation"``
-            and writes ``"action"``.
-        shape: Of the team.
-        drawn: Whether actions are drawn from the chances; else they are the most likely ones.
+        module: Module that maps observations float32 ``(n, n_seen)`` to logarithms of probabilities ``(n, n_actions)``,
+            up to a constant, or to actions, int ``(n,)``; or a TensorDict module, such as TorchRL's actors, that reads
+            ``"observation"`` and writes ``"action"``.
+        shape: Shape of the team.
+        drawn: True to sample actions from the probabilities; False to take the most likely ones.
     """
 
     def __init__(self, module: Any, shape: TeamShape, *, drawn: bool = False) -> None:
@@ -118,14 +120,14 @@ class TorchPolicy(WeighingPolicy):
         self._reads_dictionaries = hasattr(module, "in_keys") and hasattr(module, "out_keys")
 
     def reset(self, seed: int | None = None) -> None:
-        """What is drawn follows from the seed; PyTorch's own generator is set to it."""
+        """Set PyTorch's own random generator to the seed, which determines the sampled actions."""
         if self.drawn and seed is not None:
             import torch
 
             torch.manual_seed(seed)
 
     def choose(self, rows: np.ndarray) -> np.ndarray:
-        """What the module prefers; :class:`ValueError` for an output that is neither preferences nor actions."""
+        """Return the module's actions. :class:`ValueError` for an output that is neither preferences nor actions."""
         import torch
 
         found = self._ask(rows)
@@ -135,14 +137,14 @@ class TorchPolicy(WeighingPolicy):
         return np.asarray(chosen.numpy())
 
     def weigh(self, rows: np.ndarray) -> np.ndarray:
-        """Those that its preferences say."""
+        """Return the probabilities that the module's preferences give."""
         found = self._ask(rows)
         if found.ndim == 1:
             raise PolicyError("the module does not say the chances of its actions: it returns actions")
         return np.asarray(found.softmax(1).numpy())
 
     def _ask(self, rows: np.ndarray) -> Any:
-        """Checked preferences, or actions."""
+        """Return the module's output, checked: preferences, or actions."""
         import torch
 
         with torch.no_grad():

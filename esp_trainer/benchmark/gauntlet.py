@@ -1,4 +1,4 @@
-"""The gauntlet: a candidate against every team of the zoo and every script, and what that says of it."""
+"""The gauntlet: a candidate plays every team of the zoo and every script, and is rated by the results."""
 
 from __future__ import annotations
 
@@ -21,53 +21,53 @@ from predprey_env.policies import SCRIPTS
 from predprey_env.policies.names import other_team
 
 PARTS = ("held out", "zoo", "scripts")
-"""Whom a candidate meets: teams for reporting only, teams that anyone may train against, and scripts."""
+"""Parts of the gauntlet: teams for reporting only, teams that anyone may train against, and scripts."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A candidate against one opponent."""
+    """Results of a candidate against one opponent."""
 
     opponent: str
     part: str
-    """One of :data:`PARTS`."""
+    """Name in :data:`PARTS`."""
     caught: Rate
-    """Share of prey caught, whichever side is measured. As prey of one episode share their fate in part, the interval
-    is that of as many trials as there are episodes."""
+    """Fraction of prey caught, whichever side is measured. The prey of one episode partly share their fate, so the
+    interval is that of as many trials as there are episodes."""
     fitness: float
-    """The candidate's, mean over its agents and the episodes."""
+    """Fitness of the candidate, mean over its agents and the episodes."""
     all_caught_after: float | None
     """Mean length of the episodes in which all prey were caught, in steps; None if there was none."""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """What all rows together say. Scores are shares of prey caught for predators, of prey not caught for prey."""
+    """Summary of all rows. A score is the fraction of prey caught for predators, and of prey not caught for prey."""
 
     generalist: dict[str, tuple[float, float]]
-    """Of each part, the mean score and that against the worst tenth of it (Chong, Tino & Yao 2008)."""
+    """Part -> mean score, and mean score against the worst tenth of its opponents (Chong, Tino & Yao 2008)."""
     rating: Rate
-    """Among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
+    """Rating among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
     rank: int
-    """1 if no team or script of its role has a higher rating."""
+    """Rank by rating: 1 if no team or script of its role has a higher rating."""
     of: int
-    """How many there are, with the candidate."""
+    """Number of teams and scripts of its role, with the candidate."""
     gain: float
-    """What it takes from the optimal mixture of all opponents beyond the value of the game between them and the zoo's
-    own teams of its role, as a score: above 0 it exploits the gauntlet."""
+    """Score against the optimal mixture of all opponents, minus the value of the game between them and the zoo's own
+    teams and scripts of the candidate's role. Above 0, the candidate exploits the gauntlet."""
     exploited: float
-    """What its worst opponent takes from it beyond that value, as a score: 0 or less if none of them exploits it."""
+    """That value minus the score against the worst opponent: 0 or less if no opponent exploits the candidate."""
 
 
 class Gauntlet:
-    """All that a candidate of a role meets.
+    """All opponents of a candidate of a role.
 
     Args:
-        zoo: The teams of the task, and how they do against each other.
-        env: Its world.
-        role: The candidate's.
-        n_episodes: Of each meeting.
-        seed: Which starts; the same seed gives the same table.
+        zoo: The teams of the task, with their results against each other.
+        env: World of the task.
+        role: Role of the candidate.
+        n_episodes: Number of episodes against each opponent.
+        seed: Seed of the starts; the same seed gives the same table.
     """
 
     def __init__(self, zoo: Zoo, env: EnvConfig, role: Role, n_episodes: int, seed: int) -> None:
@@ -77,7 +77,7 @@ class Gauntlet:
         self._arena = Arena(env, n_episodes, seed)
 
     def play(self, candidate: Player) -> Iterator[Row]:
-        """Each meeting in turn; :class:`~esp_trainer.types.PolicyError` where the candidate fails."""
+        """Yield the row of each opponent in turn. :class:`~esp_trainer.types.PolicyError` if the candidate fails."""
         for name in self.opponents:
             yield self._row(name, self._arena.meet(candidate, self.role, _opponent(name, other_team(self.role))))
 
@@ -92,7 +92,7 @@ class Gauntlet:
         )
 
     def standing(self, rows: list[Row]) -> Standing:
-        """What all rows, of every opponent, say."""
+        """Return the summary of the rows of all opponents."""
         by_name = {row.opponent: row.caught.rate for row in rows}
         columns = self.zoo.names(other_team(self.role))
         found = np.array([by_name[name] for name in columns])
@@ -115,7 +115,10 @@ class Gauntlet:
         return caught if self.role == "predators" else 1 - caught
 
     def _rating(self, found: np.ndarray) -> tuple[Rate, int, int]:
-        """The candidate as one more row, or column, of the zoo's matrix."""
+        """Return the candidate's rating, its rank, and the number of teams and scripts that are ranked.
+
+        The candidate is one more row, or column, of the zoo's matrix.
+        """
         caught, side = self.zoo.caught, 0 if self.role == "predators" else 1
         whole = np.concatenate([caught, np.expand_dims(found, side)], axis=side)
         episodes = np.full(whole.shape, self.zoo.n_episodes)
@@ -130,7 +133,7 @@ class Gauntlet:
 
 
 def part_of(name: str) -> str:
-    """Which part of the gauntlet an opponent belongs to."""
+    """Return the part of the gauntlet that an opponent belongs to."""
     if name.startswith(HELD_OUT):
         return "held out"
     return "scripts" if any(name in scripts for scripts in SCRIPTS.values()) else "zoo"

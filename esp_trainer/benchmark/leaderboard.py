@@ -1,4 +1,4 @@
-"""A Markdown file of results, each with all that is needed to verify it."""
+"""Leaderboards: Markdown files of results, each result with all that is needed to verify it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ for prey; best first. A row is made by the command in it, with `--leaderboard` a
 *policy* is the SHA-256 of the file that holds it, *zoo* that of the teams that it met, both shortened.
 """
 _BAR = r"\|"
-"""How Markdown writes a bar that is no border of a cell."""
+"""Markdown of a bar that is no border of a cell."""
 _HEAD = (
     "| name | held out | worst tenth | zoo | scripts | rating | gain | exploited | policy | zoo | version | command |\n"
     "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -27,9 +27,9 @@ _HEAD = (
 
 
 def append(path: Path, result: Result) -> None:
-    """Put a result in its place in a leaderboard, instead of an older one of the same command and policy.
+    """Put a result in its place in a leaderboard. It replaces one of the same policy, zoo, version and command.
 
-    Raises :class:`ValueError` if it is not complete, or if the file holds anything that is not a leaderboard's.
+    Raises :class:`ValueError` if the result is not complete, or if the file holds anything that is not a leaderboard's.
     """
     if result.standing is None:
         raise ValueError("only a candidate that met the whole gauntlet can be on a leaderboard")
@@ -42,8 +42,9 @@ def append(path: Path, result: Result) -> None:
 
 
 def read(path: Path) -> dict[str, list[str]]:
-    """The rows under each title of a leaderboard, none of one that is not there yet; :class:`ValueError` if the file
-    holds anything else, which would be lost.
+    """Return the rows under each title of a leaderboard; none if the file does not exist yet.
+
+    Raises :class:`ValueError` if the file holds anything else, which writing the leaderboard would lose.
     """
     text = path.read_bytes().decode() if path.exists() else _INTRODUCTION
     if not text.startswith(_INTRODUCTION):
@@ -94,5 +95,5 @@ def _cells(row: str) -> list[str]:
 
 
 def _identity(row: str) -> tuple[str, ...]:
-    """Policy, zoo, version and command."""
+    """Return the cells that identify a result: policy, zoo, version and command."""
     return tuple(_cells(row)[-4:])

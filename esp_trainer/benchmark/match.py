@@ -1,4 +1,4 @@
-"""A candidate against one opponent."""
+"""Matches of a candidate against one opponent."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ Player: TypeAlias = Ours | Policy
 
 @dataclass(frozen=True)
 class Meeting:
-    """What came of a candidate's episodes against one opponent, an entry for each."""
+    """Results of a candidate against one opponent, one entry for each episode."""
 
     captured: np.ndarray
-    """int ``(n_episodes,)``: prey caught."""
+    """Number of prey caught, int ``(n_episodes,)``."""
     fitness: np.ndarray
-    """float64 ``(n_episodes,)``: the candidate's, mean over its agents."""
+    """Fitness of the candidate, mean over its agents, float64 ``(n_episodes,)``."""
     steps: np.ndarray
-    """int ``(n_episodes,)``: length."""
+    """Length in time steps, int ``(n_episodes,)``."""
 
 
 class Arena:
-    """Where a candidate meets all its opponents, from the same starts.
+    """Plays a candidate against its opponents, all from the same starts.
 
     Args:
         env: The world.
-        n_episodes: Of each meeting.
-        seed: The starts, and whatever is random in the players, follow from it.
+        n_episodes: Number of episodes against each opponent.
+        seed: Seed of the starts, and of all randomness in the players.
     """
 
     def __init__(self, env: EnvConfig, n_episodes: int, seed: int) -> None:
@@ -51,7 +51,8 @@ class Arena:
         self.starts = self.evaluator.starts.held_out(stream(seed, "gauntlet"), n_episodes)
 
     def meet(self, candidate: Player, role: Role, opponent: Ours) -> Meeting:
-        """Play all episodes: in the compiled evaluator where both are ours, else in the vector environment.
+        """Play all episodes: compiled if both players are teams or scripts of this package, else in the vector
+        environment.
 
         Raises :class:`PolicyError` if the candidate raises, or does not return an action for each agent.
         """
@@ -73,7 +74,7 @@ class Arena:
         team = self._begin(candidate, role)
         found = Meeting(np.zeros(n, np.int64), np.zeros(n), np.zeros(n, np.int64))
         playing = np.ones(n, np.bool_)
-        while playing.any():  # worlds that are over start again, and count no more
+        while playing.any():  # worlds that are over restart by themselves, and no longer count
             team.views[:] = views.reshape(team.views.shape)
             try:
                 actions = team.act(playing)

@@ -22,14 +22,14 @@ _HEADS = ("caught [95% interval]", "fitness", "all caught after")
 
 @dataclass(frozen=True)
 class Result:
-    """A candidate's way through the gauntlet, with all that is needed to go it again."""
+    """Results of a candidate in the gauntlet, with all that is needed to reproduce them."""
 
     name: str
     spec: str
     digest: str
     """SHA-256 of the candidate's file."""
     drawn: bool
-    """Whether its actions were drawn from its chances, not the most likely ones."""
+    """True if actions were sampled from the candidate's probabilities; False if they were the most likely ones."""
     role: Role
     task: str
     n_episodes: int
@@ -38,15 +38,15 @@ class Result:
     """SHA-256 of the zoo's index."""
     rows: Sequence[Row]
     standing: Standing | None
-    """None if it did not come through."""
+    """Summary of the rows; None if the candidate did not finish."""
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON values."""
+        """Return JSON values."""
         return {"complete": self.standing is not None, "version": version("predprey-esp"), **asdict(self)}
 
     @property
     def command(self) -> str:
-        """What gives the same table again."""
+        """Command line that gives the same table again."""
         return (
             f"esp-trainer benchmark --policy {shlex.quote(self.spec)} --role {self.role} --task {self.task} "
             f"--episodes {self.n_episodes} --seed {self.seed}{' --drawn' if self.drawn else ''}"
@@ -54,7 +54,7 @@ class Result:
 
 
 def table(result: Result) -> str:
-    """The rows by part, and what they say together."""
+    """Return the table as text: the rows by part, and their summary."""
     width = max([len(row.opponent) for row in result.rows], default=10) + 2
     episodes = f"{result.n_episodes} episodes each from held-out starts (seed {result.seed})"
     lines = [f"{result.name}: {result.role} of {result.task}, {episodes}"]
@@ -87,7 +87,7 @@ def _standing(result: Result) -> list[str]:
 
 
 def save(result: Result, place: Path) -> None:
-    """Write ``results.json``, ``table.txt`` and ``scores.png`` with its data, whatever was played."""
+    """Write ``results.json``, ``table.txt`` and, if anything was played, ``scores.png`` with its data."""
     place.mkdir(parents=True, exist_ok=True)
     write(place / "results.json", to_json(result.as_dict()))
     write_text(place / "table.txt", f"{table(result)}\n\n{result.command}\n")

@@ -1,17 +1,17 @@
-"""Who is measured, as one types it.
+"""SPECs: the policy to measure, as typed on the command line.
 
 | SPEC | what it is |
 | --- | --- |
 | ``greedy_chase`` | a script |
 | ``paper-3v2/predators/seed-500-late`` | a team of the zoo |
-| ``runs/x/champions/prey-00099.safetensors`` | an evolved team's file |
+| ``runs/x/champions/prey-00099.safetensors`` | the file of an evolved team |
 | ``sb3:PPO:model.zip`` | a model of Stable-Baselines3, or of another package: ``sb3:sb3_contrib.TRPO:model.zip`` |
-| ``torch:my_module:make_network:weights.pt`` | a PyTorch or TorchRL module that a function of ours makes, with these weights |
+| ``torch:my_module:make_network:weights.pt`` | a PyTorch or TorchRL module that your function makes, with these weights |
 | ``my_module:my_policy`` | a policy, a class or function without arguments that makes one, or a function of observations |
 
-Our own files hold numbers and are never executed. A file of weights for ``torch:`` is read with ``weights_only=True``
-(or is safetensors), so nothing in it runs, while ``my_module`` is imported and does. A model of Stable-Baselines3 is
-unpickled, which can run whatever its author put there.
+Files of this package hold numbers and are never executed. A file of weights for ``torch:`` is read with
+``weights_only=True`` (or is safetensors), so nothing in it is executed. To import ``my_module`` executes it. A model of
+Stable-Baselines3 is unpickled, which can execute whatever its author put there.
 """
 
 from __future__ import annotations
@@ -38,27 +38,28 @@ from predprey_env.policies.opponents import as_policy
 
 @dataclass(frozen=True)
 class Candidate:
-    """Who is measured."""
+    """The policy that is measured."""
 
     spec: str
     player: Player
     digest: str
-    """SHA-256 of the file that it is in; of a script its name."""
+    """SHA-256 of the file that holds the policy; for a script, its name."""
     caution: str = ""
-    """What loading it may have executed."""
+    """Warning about code that loading the policy may have executed."""
     elsewhere: str = ""
-    """How the world that it evolved in differs from the one that it is measured in."""
+    """Differences between the world that the policy evolved in and the world that it is measured in."""
 
 
 def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False) -> Candidate:
-    """Who a SPEC names. Raises :class:`ValueError` or :class:`FileNotFoundError`, in one line, if there is no such policy
-    or it does not fit.
+    """Return the policy that a SPEC names.
+
+    Raises :class:`ValueError` or :class:`FileNotFoundError`, in one line, if the policy is missing or unfit.
 
     Args:
-        spec: As above.
-        role: What it plays.
-        env: In which world.
-        drawn: Whether ``sb3:`` and ``torch:`` draw actions from their chances, and do not take the most likely.
+        spec: SPEC, as above.
+        role: Role that the policy plays.
+        env: World that it plays in.
+        drawn: True if ``sb3:`` and ``torch:`` sample their actions; False if they take the most likely ones.
     """
     kind, _, rest = spec.partition(":")
     if kind in _KINDS and ":" in spec:
@@ -138,19 +139,19 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
         player = as_policy(policy, role, env, spec)
     except ValueError as error:
         raise PolicyError(str(error).replace("must be the name of a script, a", "must be a")) from error
-    except (Exception, SystemExit) as error:  # of its properties
+    except (Exception, SystemExit) as error:  # raised by its properties
         raise PolicyError(f"{spec} cannot play: {_line(error)}") from error
     where = getattr(source, "__file__", None)
     return Candidate(spec, player, digest_of(Path(where)) if where else "", f"{module} was imported")
 
 
 _OF_PLAY = ("size", "max_cycles", "move_order", "swap_captures", "captured_prey", "start_collisions")
-"""Fields of a world that change play, beside those that a team must fit."""
+"""Fields of a world that change play, besides those that a team must fit."""
 _KINDS = {"sb3": _sb3, "torch": _torch}
 
 
 def _module(name: str) -> ModuleType:
-    here = str(Path.cwd())  # as for `python -m`
+    here = str(Path.cwd())  # importable, as with `python -m`
     if here not in sys.path:
         sys.path.insert(0, here)
     try:
@@ -164,7 +165,7 @@ def _attribute(module: ModuleType, name: str) -> Any:
         return getattr(module, name)
     except AttributeError:
         raise PolicyError(f"{module.__name__} has no {name}") from None
-    except (Exception, SystemExit) as error:  # of a module's own __getattr__
+    except (Exception, SystemExit) as error:  # raised by a module's own __getattr__
         raise PolicyError(f"{module.__name__}:{name} cannot be read: {_line(error)}") from error
 
 

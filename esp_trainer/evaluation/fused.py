@@ -21,9 +21,8 @@ from predprey_env.lanes import LANES
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.scripted import Script
 
-_MOST_BLOCKS = (
-    128  # per part: as int64, its indices take eight times their memory in a batch with subpopulations of 100
-)
+# A part copies its indices to int64: with subpopulations of 100, eight times their memory in the batch.
+_MOST_BLOCKS = 128
 _MOST_STEPS = 115_200  # per part, about 0.1 s: stopping a run waits for the parts in progress
 _PARTS_PER_THREAD = 2  # so that a thread with short episodes takes over parts from the others
 
@@ -32,8 +31,7 @@ class FusedEvaluator:
     """Plays batches in compiled code. The results do not depend on the number of threads.
 
     Args:
-        env: The world. Its ``reward`` and ``captured_prey`` have no effect: they concern only the PettingZoo
-            environment.
+        env: The world. Its ``reward`` and ``captured_prey`` concern only the PettingZoo environment, not this class.
         threads: Number of threads; by default one for each core.
     """
 

@@ -41,7 +41,7 @@ class ReferenceEvaluator:
     no agent counts as captured, and the length is the number of calls of ``step``.
 
     Args:
-        make_env: Function that returns the environment. The numbers at the end of agents' names count from 0 in each
+        make_env: Function that returns the environment. Its agents' names end in numbers, which count from 0 in each
             team.
         starts: Source of the episode starts.
         teams: Name prefixes of the predators and of the prey.

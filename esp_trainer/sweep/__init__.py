@@ -1,1 +1,1 @@
-"""Many runs from one small file: their plan, the workers that carry them out, and what came of them."""
+"""Sweeps: many runs from one small file. Their plan, the workers that carry them out, and their results."""

@@ -21,24 +21,23 @@ from esp_trainer.sweep.pool import Outcome, Work
 from esp_trainer.sweep.work import carry_out
 
 TRIES = 3
-"""How many workers a run may lose before it counts as failed."""
+"""Number of lost workers after which a run counts as failed."""
 
 
 class LocalPool:
-    """Worker processes; see :class:`~esp_trainer.sweep.pool.Pool`.
+    """A pool of worker processes; see :class:`~esp_trainer.sweep.pool.Pool`.
 
-    One that dies costs only the time since the last checkpoint of its run, which another goes on with. They end when
-    this process does, however it ends.
+    If a worker dies, another resumes its run from the last checkpoint. However this process ends, its workers end too.
     """
 
     def __init__(self, runs: Sequence[Work], n_workers: int) -> None:
         self._waiting = deque(runs)
         self._lost: Counter[Path] = Counter()
-        self._warned: dict[Any, Any] = {}  # so that workers that warn of the same are one warning
+        self._warned: dict[Any, Any] = {}  # shared, so that the same warning of several workers is shown once
         self._workers = [_Worker() for _ in range(min(n_workers, len(runs)))]
 
     def outcomes(self, timeout: float) -> list[Outcome]:
-        """What has ended."""
+        """Return the runs that have ended, and give waiting runs to idle workers."""
         for worker in self._workers:
             if worker.work is None and self._waiting:
                 worker.do(self._waiting.popleft())
@@ -71,7 +70,7 @@ class LocalPool:
         return Outcome(work.path, f"its process was lost {TRIES} times, the last time by {cause}")
 
     def stop(self) -> None:
-        """A worker ends after the generation in hand, with a checkpoint."""
+        """Stop the workers. Each ends after its current generation, with a checkpoint."""
         self._waiting.clear()
         for worker in self._workers:
             worker.process.terminate()
@@ -79,14 +78,14 @@ class LocalPool:
             worker.process.join()
 
     def close(self) -> None:
-        """Kill those that are left."""
+        """Kill the workers that are left."""
         for worker in self._workers:
             worker.process.kill()
             worker.end()
 
 
 class _Warned(NamedTuple):
-    """A warning of a worker."""
+    """A warning that a worker raised."""
 
     text: str
     category: type[Warning]
@@ -95,31 +94,31 @@ class _Warned(NamedTuple):
 
 
 class _Worker:
-    """A process, and the run that it has in hand."""
+    """A worker process, and its current run."""
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")  # a fork of a process that has threads can hang
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
         self.process.start()
-        theirs.close()  # so that its death ends the connection
+        theirs.close()  # otherwise the connection would outlive the worker
         self.work: Work | None = None
 
     def do(self, work: Work) -> None:
         self.work = work
-        with suppress(OSError):  # if it is dead, the next look will show
+        with suppress(OSError):  # a dead worker is found by the next outcomes()
             self.connection.send((work.path, work.config.model_dump()))
 
     def end(self) -> int:
-        """Wait until it is gone; its exit code."""
+        """Wait until the process has ended. Return its exit code."""
         self.process.join()
         self.connection.close()
         return self.process.exitcode or 0
 
 
 def _serve(connection: Connection) -> None:
-    """A worker's life: runs that come in, one after the other, until it is told to stop."""
-    # Ctrl-C on the terminal, and that it closes, are for the parent to hear.
+    """Carry out runs in a worker, one after the other as they arrive, until it is told to stop."""
+    # The parent handles Ctrl-C and the closing of the terminal.
     for number in ("SIGINT", "SIGHUP"):
         if hasattr(signal, number):
             signal.signal(getattr(signal, number), signal.SIG_IGN)
@@ -130,7 +129,7 @@ def _serve(connection: Connection) -> None:
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         stopping.set()
-        if not trainers:  # nothing is begun that could be lost
+        if not trainers:  # no run has begun that could be lost
             os._exit(0)
         trainers[-1].stop()
 
@@ -150,4 +149,4 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
-    os._exit(1)  # at once, as a run is safe at any moment
+    os._exit(1)  # at once: a run may be killed at any moment without damage

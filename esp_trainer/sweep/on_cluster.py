@@ -12,13 +12,13 @@ from esp_trainer.config import RunConfig
 from esp_trainer.sweep.pool import Outcome, Work
 from esp_trainer.sweep.work import carry_out
 
-_GRACE = 5.0  # seconds for runs to end that are told to
+_GRACE = 5.0  # seconds that cancelled runs have to end
 
 
 class ClusterPool:
     """Tasks on the cluster that this process is connected to; see :class:`~esp_trainer.sweep.pool.Pool`.
 
-    Every node must see the directory of the runs. One whose node dies is gone on with on another, from its checkpoint.
+    Every node must see the directory of the runs. If a node dies, its run resumes on another, from its checkpoint.
     """
 
     def __init__(self, runs: Sequence[Work]) -> None:
@@ -27,7 +27,7 @@ class ClusterPool:
         }
 
     def outcomes(self, timeout: float) -> list[Outcome]:
-        """What has ended."""
+        """Return the runs that have ended."""
         return [self._outcome(task) for task in cluster.ended(list(self._tasks), timeout)]
 
     def _outcome(self, task: Any) -> Outcome:
@@ -39,17 +39,17 @@ class ClusterPool:
         return Outcome(path, reason)
 
     def stop(self) -> None:
-        """Runs end at once; they can be gone on with from their last checkpoints."""
+        """End all runs at once. They can be resumed from their last checkpoints."""
         cluster.cancel(list(self._tasks), _GRACE)
         self._tasks.clear()
 
     def close(self) -> None:
-        """Stop those that are left."""
+        """Stop the runs that are left."""
         self.stop()
 
 
 def _carry_out_there(path: str, config: dict[str, Any]) -> str | None:
-    """A run, on a worker of some node."""
+    """Carry out a run on a worker of some node. Return None, or why it failed."""
     place = Path(path)
     if not place.parent.is_dir():
         host = socket.gethostname()

@@ -2,14 +2,14 @@
 
 .. code-block:: toml
 
-    preset = ["paper-3v2", "modern-3v2"]  # or one of them
-    seeds = 10                            # 0 to 9; or a list
+    preset = ["paper-3v2", "modern-3v2"]  # a list, or one name
+    seeds = 10                            # seeds 0 to 9; or a list of seeds
 
-    [fields]                              # of every run's config; a list is tried value by value, and in the name
+    [fields]                              # of all runs; each value of a list makes its own runs, and is in their names
     generations = 100
     esp.n_trials = [500, 1000]
 
-    [conditions.biased]                   # instead of lists: fields by the name of a condition, a preset among them
+    [conditions.biased]                   # instead of lists: fields of a named condition, possibly with a preset
     prey.bias = true
 """
 
@@ -29,7 +29,7 @@ from esp_trainer.presets import preset
 from predprey_env.settings import flat, unknown_field
 
 _MOST = 100_000
-_LONGEST_NAME = 255 - len("traceback-.txt")  # what file systems take of the longest that is named after a run
+_LONGEST_NAME = 255 - len("traceback-.txt")  # file systems allow 255; the longest name made from a run's
 _ENTRIES = ["preset", "seeds", "fields", "conditions"]
 
 
@@ -38,28 +38,28 @@ class PlannedRun:
     """A run of a sweep."""
 
     cell: str
-    """The condition that it shares with the other seeds: its name, or its preset and its values of the fields that are
-    given as lists."""
+    """Condition that the run shares with other seeds: its name, or its preset and values of the fields given as
+    lists."""
     config: RunConfig
     named: bool = False
-    """Whether the condition has a name of its own."""
+    """True if the condition has a name of its own."""
 
     @property
     def name(self) -> str:
-        """Of its directory."""
+        """Name of the run's directory."""
         return f"{self.cell}-seed{self.config.seed}"
 
 
 def read_plan(file: Path) -> list[PlannedRun]:
-    """All runs of a sweep: presets by values of the varied fields by seeds, in the order of the file.
+    """Return all runs of a sweep: presets by values of the varied fields by seeds, in the order of the file.
 
-    Raises :class:`ValueError` with what is wrong with the file, in one line.
+    Raises :class:`ValueError`, in one line, if something is wrong with the file.
     """
     return plan_of(file.read_bytes(), file)
 
 
 def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
-    """The same of what was read from a file, as a pipe can be read only once."""
+    """Return all runs of a sweep from its file's contents, for a caller that cannot read the file twice (a pipe)."""
     try:
         plan = _runs(tomllib.loads(_text(declared)))
         name, times = Counter(run.name for run in plan).most_common(1)[0]
@@ -109,7 +109,7 @@ def _runs(declared: dict[str, Any]) -> list[PlannedRun]:
 def _named_conditions(
     conditions: dict[str, dict[str, Any]], presets: list[str], seeds: Sequence[int], values: dict[str, list[Any]]
 ) -> list[PlannedRun]:
-    """Return the runs of each condition, whose fields count before those of all runs."""
+    """Return the runs of each condition. A condition's fields take precedence over those of all runs."""
     listed = {"preset": presets, **values}
     for name, given in listed.items():
         if len(given) > 1:
@@ -141,7 +141,7 @@ def _conditions(declared: Any) -> dict[str, dict[str, Any]]:
 
 
 def _checked(declared: dict[str, Any]) -> tuple[list[str], Sequence[int], dict[str, list[Any]]]:
-    """Presets, seeds, and the values of each field, as far as they can be judged before a config is made of them."""
+    """Return presets, seeds and the values of each field, checked as far as possible without a config."""
     unknown = [name for name in declared if name not in _ENTRIES]
     if unknown:
         raise ValueError(unknown_field(unknown[0], _ENTRIES))
@@ -161,10 +161,10 @@ def _checked(declared: dict[str, Any]) -> tuple[list[str], Sequence[int], dict[s
 
 
 def _values(fields: Any) -> dict[str, list[Any]]:
-    """The values of each field."""
+    """Return the values of each field."""
     if not isinstance(fields, dict):
         raise ValueError(f"fields must be a table, got {fields!r}")
-    # TOML makes tables within tables of bare dotted names.
+    # TOML reads bare dotted names as nested tables.
     values = {name: value if isinstance(value, list) else [value] for name, value in flat(fields).items()}
     for name, given in values.items():
         if any(isinstance(value, dict | list) for value in given):

@@ -1,4 +1,4 @@
-"""What a sweep asks of those who carry out its runs."""
+"""The interface between a sweep and the pools that carry out its runs."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from esp_trainer.config import RunConfig
 
 
 class Work(NamedTuple):
-    """A run to do."""
+    """A run to carry out."""
 
     path: Path
     config: RunConfig
 
 
 class Outcome(NamedTuple):
-    """A run that is whole, or failed."""
+    """A run that is complete, or failed."""
 
     path: Path
     reason: str | None
-    """Why it failed; None if it did not."""
+    """Reason of the failure; None for a run that is complete."""
 
 
 class Pool(Protocol):
-    """Does runs, as many at a time as it has workers."""
+    """Carries out runs, as many at a time as it has workers."""
 
     def outcomes(self, timeout: float) -> list[Outcome]:
-        """What has ended since the last call; waits up to so many seconds for something to."""
+        """Return the runs that have ended since the last call. Wait for the first of them up to ``timeout`` seconds."""
         ...
 
     def stop(self) -> None:
-        """Let nobody begin another run; those in hand end as soon as they can, and can be gone on with."""
+        """Begin no more runs. Running ones end as soon as they can, and can be resumed."""
         ...
 
     def close(self) -> None:
-        """Leave nobody behind."""
+        """End all workers that are left."""
         ...

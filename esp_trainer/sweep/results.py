@@ -1,4 +1,4 @@
-"""What came of a sweep: a line for each run, and for each cell the mean over its seeds."""
+"""Results of a sweep: a line for each run, and the means over seeds for each cell."""
 
 from __future__ import annotations
 
@@ -16,27 +16,29 @@ from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.sweep.plan import PlannedRun
 
 RECENT = 20
-"""Generations that the figures of a run are means of, its last."""
+"""Number of generations, a run's last ones, that its figures are means of."""
 FIGURES = ("caught", "predators_succeed", "prey_succeed")
-"""Champion against champion, from held-out starts."""
+"""Results of champion against champion, from held-out starts."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """A run of a sweep, as it stands."""
+    """A run of a sweep, with its results so far."""
 
     run: PlannedRun
     generations: int
     figures: dict[str, float]
-    """Means of :data:`FIGURES` over its last generations; empty if it has none."""
+    """Means of :data:`FIGURES` over the run's last generations; empty if there are none."""
     reason: str | None
-    """Why it failed."""
+    """Reason of the failure; None for a run that did not fail."""
     whole: bool
-    """Whether there is nothing left to do."""
+    """True if there is nothing left to do."""
 
 
 def is_whole(path: Path, run: PlannedRun) -> bool:
-    """Whether there is nothing left to do for a run; what is damaged or another run is for its worker to refuse."""
+    """Return whether there is nothing left to do for a run. False for damaged or other runs, which a worker will
+    refuse.
+    """
     directory, config = RunDirectory(path), run.config
     try:
         sides, done = load_checkpoint(directory.checkpoint_file, config)
@@ -50,7 +52,7 @@ def is_whole(path: Path, run: PlannedRun) -> bool:
 
 
 def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
-    """A run's result, from its log; of one that failed, no figures."""
+    """Return a run's result from its log; a run that failed has no figures."""
     whole = reason is None and is_whole(path, run)
     lines: Sequence[bytes] = []
     try:
@@ -63,7 +65,7 @@ def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
 
 
 def write_csv(file: Path, results: Sequence[Result]) -> None:
-    """A line for each run."""
+    """Write a CSV file with a line for each run."""
     lines = [["run", "cell", "seed", "generations", *FIGURES, "failed"]]
     for each in results:
         figures = [f"{each.figures[name]:.4f}" if each.figures else "" for name in FIGURES]
@@ -73,7 +75,7 @@ def write_csv(file: Path, results: Sequence[Result]) -> None:
 
 
 def table(results: Sequence[Result]) -> list[str]:
-    """A line for each cell: how many of its runs are whole, and the means over them with 95% intervals."""
+    """Return a line for each cell: the number of complete runs, and the means over them with 95% intervals."""
     cells = dict.fromkeys(result.run.cell for result in results)
     width = max(map(len, ("", *cells)))
     heads = "".join(f"{name.replace('_', ' '):>24}" for name in FIGURES)

@@ -1,4 +1,4 @@
-"""What a worker does with a run: begin it, or go on with it, until it is whole."""
+"""A worker's part: begin or resume a run, and continue until it is complete."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from esp_trainer.types import Evaluator
 
 
 def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object] = lambda _: None) -> str | None:
-    """Do a run, on one thread; ``started`` is given its trainer, and can stop it.
+    """Carry out a run on one thread. ``started`` receives its trainer, and can stop it.
 
-    Returns None, or in one line why it failed. A failure nobody foresaw leaves its traceback beside the run.
+    Returns None, or why the run failed in one line. A failure that nobody foresaw leaves its traceback beside the run.
     """
     try:
         trainer = _trainer(path, config)
@@ -28,7 +28,7 @@ def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object
             pass
     except OSError as error:
         return in_words(error)
-    except (ValueError, MemoryError, Warning) as error:  # a warning that PYTHONWARNINGS forbids
+    except (ValueError, MemoryError, Warning) as error:  # PYTHONWARNINGS can make an error of a warning
         return (str(error) or type(error).__name__).splitlines()[0]
     except Exception as error:
         log = path.with_name(f"traceback-{path.name}.txt")

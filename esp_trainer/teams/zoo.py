@@ -1,4 +1,4 @@
-"""Reading the zoo. Its index carries the digest of every file, so that a table says which teams it is about."""
+"""Access to the zoo. Its index holds the digest of every file, so that a table identifies its teams."""
 
 from __future__ import annotations
 
@@ -19,76 +19,77 @@ from esp_trainer.statistics import Rate
 from esp_trainer.types import Role
 
 PLACE = Path(__file__).parent / "zoo"
-"""Where the files are."""
+"""Directory of the zoo's files."""
 HELD_OUT = "held-out/"
-"""How the names begin of teams that are for reporting only."""
+"""Prefix of the names of teams that are for reporting only."""
 
 
 @dataclass(frozen=True)
 class ZooTeam:
-    """What the index says of a team."""
+    """A team's entry in the index."""
 
     name: str
     task: str
-    """One of :data:`esp_trainer.tasks.TASKS`."""
+    """Name in :data:`esp_trainer.tasks.TASKS`."""
     role: Role
     preset: str
     seed: int
     stage: str
-    """``early``, ``middle`` or ``late``: the third of its run that it was the strongest of."""
+    """``early``, ``middle`` or ``late``: the third of its run in which the team was the strongest."""
     generation: int
     score: Rate
-    """Mean over the zoo's opposing teams, with its interval over them: prey caught, for prey those not caught."""
+    """Mean score against the zoo's opposing teams, with its interval over them. A predators' score is the fraction of
+    prey caught, a prey's score the fraction not caught."""
     rating: Rate
-    """Among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
+    """Rating among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
     digest: str
-    """SHA-256 of its file."""
+    """SHA-256 of the team's file."""
 
     @classmethod
     def from_dict(cls, entry: dict[str, Any]) -> ZooTeam:
-        """From JSON values."""
+        """Return an entry from JSON values."""
         rates = {name: Rate(*entry[name]) for name in ("score", "rating")}
         return cls(**{**entry, **rates})
 
     @property
     def held_out(self) -> bool:
-        """Whether it is for reporting only."""
+        """Return whether the team is for reporting only."""
         return self.name.startswith(HELD_OUT)
 
 
 @dataclass(frozen=True)
 class Zoo:
-    """Everything that is known of the teams of one task."""
+    """The teams of one task, and their results against each other."""
 
     task: str
     teams: tuple[ZooTeam, ...] = field(repr=False)
     predators: tuple[str, ...] = field(repr=False)
     """Names of the rows: teams, then scripts."""
     prey: tuple[str, ...] = field(repr=False)
-    """Names of the columns."""
+    """Names of the columns: teams, then scripts."""
     captured: np.ndarray = field(repr=False)
-    """int ``(n_predators, n_prey)``: prey caught in all episodes of each pair, from the same starts."""
+    """Number of prey caught in all episodes of each pair, from the same starts, int ``(n_predators, n_prey)``."""
     n_episodes: int
-    """Of each pair."""
+    """Number of episodes of each pair."""
     n_prey: int
-    """In each episode."""
+    """Number of prey in each episode."""
     digest: str
-    """Of the index of the whole zoo."""
+    """SHA-256 of the index of the whole zoo."""
 
     @property
     def caught(self) -> np.ndarray:
-        """Share of prey caught, float64 ``(n_predators, n_prey)``."""
+        """Fraction of prey caught, float64 ``(n_predators, n_prey)``."""
         return np.asarray(self.captured / (self.n_episodes * self.n_prey))
 
     def names(self, role: Role) -> tuple[str, ...]:
-        """The rows, or the columns."""
+        """Return the names of a role's teams and scripts: the rows, or the columns."""
         return self.predators if role == "predators" else self.prey
 
 
 def load_team(name: str) -> Team:
-    """A team of the zoo, by its name (``esp-trainer teams`` lists them).
+    """Return a team of the zoo by its name (``esp-trainer teams`` lists them).
 
-    Raises :class:`ValueError` for a name that there is not, with the nearest; :class:`DamagedFileError` if its file is
+    Raises :class:`ValueError`, with the nearest names, for an unknown name; :class:`DamagedFileError` if its file is
     not the one that the index describes.
     """
     known = known_teams()
@@ -100,23 +101,23 @@ def load_team(name: str) -> Team:
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """What to say of a name that there is not: the nearest ones."""
+    """Return the message for an unknown name, with the nearest known names."""
     near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.4)
     listed = " or ".join([", ".join(near[:-1])] * bool(near[:-1]) + near[-1:])
     return f"unknown {what} {name}; " + (f"did you mean {listed}?" if near else "nothing is named like it")
 
 
 def known_teams() -> dict[str, ZooTeam]:
-    """Every team of the zoo by name."""
+    """Return every team of the zoo by name."""
     return {team.name: team for team in _index().teams}
 
 
 @cache
 def load_zoo(task: str) -> Zoo:
-    """The teams of a task, and who catches whom.
+    """Return the teams of a task and their results against each other.
 
-    Raises :class:`ValueError` for a task that there is not; :class:`DamagedFileError` if the matrix is not the one that
-    the index describes.
+    Raises :class:`ValueError` for an unknown task; :class:`DamagedFileError` if the matrix is not the one that the
+    index describes.
     """
     index = _index()
     if task not in index.matrices:
@@ -137,13 +138,13 @@ def load_zoo(task: str) -> Zoo:
 
 
 class _Index(NamedTuple):
-    """What ``index.json`` says."""
+    """The contents of ``index.json``."""
 
     teams: list[ZooTeam]
     matrices: dict[str, str]
     """SHA-256 of each task's matrix."""
     digest: str
-    """Of the index itself."""
+    """SHA-256 of the index itself."""
 
 
 @cache
