@@ -1,4 +1,7 @@
-"""All parameters of a run, in one tree of frozen configs. The same config and seed give the same bytes."""
+"""The config of a run: all its parameters, as one tree of frozen objects.
+
+The same config and seed give the same bytes.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,10 @@ from predprey_env.settings import Settings, field_names, flat, unknown_field
 
 
 class SideConfig(Settings):
-    """One side: evolved controllers, or a script."""
+    """Settings of one side: evolved controllers, or a script."""
 
     policy: Literal["esp", PredatorScript, PreyScript] = "esp"
-    """`esp` evolves the side; predators or prey may instead follow one of their scripts."""
+    """Policy of the side: `esp` evolves it; predators or prey may instead follow one of their scripts."""
 
     controller: Literal["split", "monolithic", "combiner", "double", "pairs", "central"] = "split"
     """Networks of each agent. `split`: one for each opponent, outputs summed per action (section VI). `monolithic`: one
@@ -60,7 +63,7 @@ class EspConfig(Settings):
     """Number of neurons in each subpopulation."""
 
     init_range: float = Field(default=6.0, gt=0, le=1e6)
-    """Initial genes are uniform in [-init_range, init_range]."""
+    """Range of the initial genes, which are uniform in [-init_range, init_range]."""
 
     n_trials: int = Field(default=1000, ge=1)
     """Number of trials per generation; the team of each is sampled with replacement from the subpopulations."""
@@ -186,7 +189,7 @@ class ChampionConfig(Settings):
     """Number of teams of each side that are replayed; each plays all of the other side's."""
 
     n_episodes: int = Field(default=1, ge=1)
-    """Number of episodes of each of these pairings."""
+    """Number of episodes of each pairing of a replayed team with an opponent."""
 
     n_past: int = Field(default=0, ge=0)
     """Number of past champions of the other side, chosen by `esp.past_choice`, that all replayed teams also play."""

@@ -39,7 +39,7 @@ class Controller(NamedTuple):
     n_networks: int
     """Number of networks that read the observation."""
     n_inputs: int
-    """Number of inputs of each of these networks, without the bias."""
+    """Number of inputs of each network that reads the observation, without the bias."""
     n_hidden: int
     blank: tuple[np.float32, ...]
     """One zero for each action; compiled code takes the number of actions from the type."""
@@ -52,7 +52,7 @@ class Controller(NamedTuple):
     input_scale: np.float32
     """Factor on the observation, in 1/cells."""
     combines: bool
-    """True if a further network, the combiner, reads the outputs of the others and decides; False if they are
+    """True if a further network, the combiner, reads the outputs of the others and decides; False if outputs are
     summed."""
     n_together: int
     """Number of agents that one set of networks controls: 1, or the whole team for a central controller. A central

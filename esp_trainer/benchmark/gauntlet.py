@@ -49,14 +49,15 @@ class Standing:
     rating: Rate
     """Rating among all teams and scripts of the task, in points: 400 are ten to one (Bradley & Terry 1952)."""
     rank: int
-    """Rank by rating: 1 if no team or script of its role has a higher rating."""
+    """Rank by rating: 1 if no team or script of the candidate's role has a higher rating."""
     of: int
-    """Number of teams and scripts of its role, with the candidate."""
+    """Number of teams and scripts of the candidate's role, including the candidate."""
     gain: float
     """Score against the optimal mixture of all opponents, minus the value of the game between them and the zoo's own
     teams and scripts of the candidate's role. Above 0, the candidate exploits the gauntlet."""
     exploited: float
-    """That value minus the score against the worst opponent: 0 or less if no opponent exploits the candidate."""
+    """Value of the game (see ``gain``) minus the score against the worst opponent: 0 or less if no opponent exploits
+    the candidate."""
 
 
 class Gauntlet:

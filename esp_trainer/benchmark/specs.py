@@ -53,7 +53,7 @@ class Candidate:
 def load_candidate(spec: str, role: Role, env: EnvConfig, *, drawn: bool = False) -> Candidate:
     """Return the policy that a SPEC names.
 
-    Raises :class:`ValueError` or :class:`FileNotFoundError`, in one line, if the policy is missing or unfit.
+    Raises :class:`ValueError` or :class:`FileNotFoundError`, in one line, for a policy that is missing or does not fit.
 
     Args:
         spec: SPEC, as above.

@@ -25,7 +25,7 @@ class EvolvingSide:
     best: float = -np.inf
     """Highest score of a champion since the last burst."""
     stagnant: int = 0
-    """Number of generations since that score."""
+    """Number of generations since the highest score."""
 
 
 Side: TypeAlias = EvolvingSide | Fixed

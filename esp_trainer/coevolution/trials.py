@@ -17,9 +17,9 @@ class Part:
     """Episodes of every trial against opponents of one kind."""
 
     fitness: Fitness = field(repr=False)
-    """``(n_trials, n_episodes, n_agents)``."""
+    """Fitness of each agent, ``(n_trials, n_episodes, n_agents)``."""
     captured: np.ndarray = field(repr=False)
-    """bool ``(n_trials, n_episodes, n_prey)``."""
+    """True for each prey that was caught, bool ``(n_trials, n_episodes, n_prey)``."""
     opponents: Teams
     """Opponents of each trial, or of each episode of each trial."""
     past: np.ndarray | None = field(default=None, repr=False)

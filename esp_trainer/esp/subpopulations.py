@@ -115,7 +115,7 @@ class Subpopulations:
         for genome in range(earned.shape[1]):
             own = earned[:, genome]
             variance.add(chosen[:, genome], own, config.subpopulation_size)
-            # Earlier generations met other opponents: only what is beyond a generation's mean can be added up.
+            # Generations have different opponents: only fitness minus a generation's mean can be added up.
             counted = own - own.mean() if remembers else own
             total, times = operators.sums_by_neuron(chosen[:, genome], counted, config.subpopulation_size)
             totals.append(total)

@@ -17,7 +17,7 @@ except ImportError:  # Windows
 # Errors of file systems without locks: FUSE and Lustre, and NFS for a directory or without its lock daemon.
 _CANNOT_LOCK = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EBADF, errno.EINVAL)
 
-_MOMENT = 0.02  # seconds
+_MOMENT = 0.02  # seconds between two attempts
 
 
 class Lock:

@@ -1,4 +1,4 @@
-"""The file that declares a sweep, and the runs that it stands for.
+"""The file that declares a sweep, and the runs that it declares.
 
 .. code-block:: toml
 
@@ -38,7 +38,7 @@ class PlannedRun:
     """A run of a sweep."""
 
     cell: str
-    """Condition that the run shares with other seeds: its name, or its preset and values of the fields given as
+    """Condition that the run shares with other seeds: its name, or its preset and its values of the fields given as
     lists."""
     config: RunConfig
     named: bool = False

@@ -36,8 +36,8 @@ class Result:
 
 
 def is_whole(path: Path, run: PlannedRun) -> bool:
-    """Return whether there is nothing left to do for a run. False for damaged or other runs, which a worker will
-    refuse.
+    """Return whether there is nothing left to do for a run. False for a damaged or another run, which its worker
+    refuses.
     """
     directory, config = RunDirectory(path), run.config
     try:
