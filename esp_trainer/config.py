@@ -99,8 +99,8 @@ class EspConfig(Settings):
     less."""
 
     wait_above: float = Field(default=1.0, gt=0, le=1)
-    """A side that wins more than this fraction of its trials does not breed in that generation, so that the other can
-    catch up. Predators win as far as they catch the prey, prey as far as they are not caught; 1 for never."""
+    """Fraction of prey caught (predators) or not caught (prey) above which a side does not breed in that generation, so
+    that the other can catch up; 1 for never."""
 
     fitness_sharing: bool = False
     """Competitive fitness sharing (Rosin & Belew 1997): a team's fitness counts as its share of all fitness earned
