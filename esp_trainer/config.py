@@ -76,11 +76,11 @@ class EspConfig(Settings):
     are against the other side's team of the same trial, and score both teams. The first generation has no past
     champions to play, unless there is a league of other runs, and a script has none."""
 
-    past_choice: Literal["uniform", "recent", "latest", "spread", "contested"] = "uniform"
+    past_choice: Literal["uniform", "recent", "latest", "spread", "contested", "hard"] = "uniform"
     """Choice of the past champions. `uniform`: any in the hall of fame. `recent`: later ones more often, in proportion
     to their generation. `latest`: the latest. `spread`: those of every strength equally often. `contested`: mostly
-    those that win as often as they lose. Champions of a league count as generation 0, and are the latest only while the
-    run has none of its own."""
+    those that win as often as they lose. `hard`: mostly those that win. Exploiters and champions of a league count as
+    generation 0, and are the latest only while the run has no champion."""
 
     past_each_episode: bool = False
     """True if each episode of a trial is against a past champion of its own; False if all are against the same one."""
@@ -98,9 +98,12 @@ class EspConfig(Settings):
     """Number of trials of mean fitness that a neuron is scored with besides its own, so that few lucky trials count
     less."""
 
-    wait_above: float = Field(default=1.0, gt=0, le=1)
-    """Fraction of prey caught (predators) or not caught (prey) above which a side does not breed in that generation, so
-    that the other can catch up; 1 for never."""
+    exploiters_every: int = Field(default=0, ge=0)
+    """Generations after which each side's pool gets an exploiter, 0 for never: the champion of a fresh population that
+    has evolved against the other side's present champion alone (Vinyals et al. 2019)."""
+
+    exploiter_generations: int = Field(default=20, ge=1)
+    """Generations that an exploiter evolves."""
 
     fitness_sharing: bool = False
     """Competitive fitness sharing (Rosin & Belew 1997): a team's fitness counts as its share of all fitness earned

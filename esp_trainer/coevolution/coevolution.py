@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, 
 from esp_trainer.coevolution.episodes import play
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.opponents import CHOICES, past_teams
-from esp_trainer.coevolution.sides import EvolvingSide, Side
+from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
 from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, summarise
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.signal import Signal, ties
@@ -46,6 +47,17 @@ class Generation:
     """Results of champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
     """Wall time of each phase, in seconds."""
+    exploited: dict[Role, float] = field(default_factory=dict)
+    """Fraction of the prey caught by each side's new exploiter, or from it, if the generation brought any."""
+
+
+class Exploiter(NamedTuple):
+    """The champion of a population that evolved against one team alone."""
+
+    genomes: np.ndarray
+    """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
+    caught: float
+    """Fraction of the prey caught when it met that team, from held-out starts."""
 
 
 class Coevolution:
@@ -96,31 +108,47 @@ class Coevolution:
         chosen = perf_counter()
         held_out = self._measure(champions)
         measured = perf_counter()
+        exploiters = {role: self._exploiter(role, champions, number) for role in self._exploiting(number)}
+        exploited = perf_counter()
         spreads = {role: each.spread() for role, each in populations.items()}
         sides, signals = self.sides.copy(), {}
         for role, population in populations.items():
             before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
-            if self._waits(role, trials[role]):
-                signals[role] = Signal(float("nan"), ties(trials[role].fitness))
-                sides[role] = replace(before, hall_of_fame=fames[role].with_champion(champions[role].genomes))
-                continue
             share: float | None = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
             # A user's own algorithm may return None instead of its signal.
             signals[role] = Signal(float("nan") if share is None else share, ties(trials[role].fitness))
             fame = fames[role].with_champion(champions[role].genomes)
+            if role in exploiters:
+                fame = fame.with_guest(exploiters[role].genomes)
             sides[role] = self._bred(before, population, fame, champions[role], breeding)
         seconds = {
             "trials": played - asked_at,
             "champions": chosen - played,
             "held_out": measured - chosen,
-            "breeding": (perf_counter() - measured) + (asked_at - begun),
+            "breeding": (perf_counter() - exploited) + (asked_at - begun),
         }
-        return Generation(number, trials, champions, spreads, signals, held_out, seconds), sides
+        caught = {role: each.caught for role, each in exploiters.items()}
+        if exploiters:
+            seconds["exploiters"] = exploited - measured
+        return Generation(number, trials, champions, spreads, signals, held_out, seconds, caught), sides
 
-    def _waits(self, role: Role, trials: Trials) -> bool:
-        """Return whether a side wins so much that it does not breed, and lets the other side catch up."""
-        won = trials.caught if role == "predators" else 1.0 - trials.caught
-        return not self.fixed and won > self.config.esp.wait_above
+    def _exploiting(self, number: int) -> Collection[Role]:
+        """Return the sides that get an exploiter after a generation."""
+        every = self.config.esp.exploiters_every
+        return self.evolving if every and not self.fixed and (number + 1) % every == 0 else ()
+
+    def _exploiter(self, role: Role, champions: Mapping[Role, Champion], number: int) -> Exploiter:
+        """Evolve a fresh population of one side against the other side's champion alone; return its best champion."""
+        opponent = other_team(role)
+        seed = int(self._stream(f"{role} exploiter", number).integers(2**63))
+        alone = {"past_share": 0.0, "past_each_episode": False, "exploiters_every": 0, "burst_after": 0}
+        config = self.config.replace(
+            seed=seed, esp=self.config.esp.replace(**alone), champion=self.config.champion.replace(n_past=0)
+        )
+        run = Coevolution(config, {**new_sides(config), opponent: champions[opponent]}, self.evaluator)
+        generations = map(run.step, range(config.esp.exploiter_generations))
+        found = [Exploiter(each.champions[role].genomes, each.held_out.caught.rate) for each in generations]
+        return max(found, key=lambda each: each.caught if role == "predators" else -each.caught)
 
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)

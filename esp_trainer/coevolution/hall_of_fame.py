@@ -30,8 +30,9 @@ def _last_is_extra(stride: int, done: int) -> bool:
 class HallOfFame:
     """An immutable pool of one side's champions, for opponents to play.
 
-    Its members are first the guests, champions of other runs that always stay. Then come the run's own champions of the
-    generations that :func:`kept_generations` returns, in order. A member's place is its index among the members.
+    Its members are first the guests, exploiters and champions of other runs, which always stay. Then come the run's own
+    champions of the generations that :func:`kept_generations` returns, in order. A member's place is its index among
+    the members.
 
     Args:
         champions: The champions of ``kept_generations(done, size)``, float32
@@ -39,7 +40,7 @@ class HallOfFame:
         size: Largest number of champions that are kept, at least 2.
         done: Number of generations so far.
         met: Wins and episodes of each member, float64 ``(n_members, 2)``; earlier ones count less. By default zeros.
-        guests: Champions of other runs, float32 ``(n_guests, n_agents, n_networks, n_hidden, n_genes)``, or None.
+        guests: Teams of other populations, float32 ``(n_guests, n_agents, n_networks, n_hidden, n_genes)``, or None.
     """
 
     def __init__(
@@ -81,6 +82,12 @@ class HallOfFame:
         n_guests = len(self.guests)
         met = np.vstack([self.met[:n_guests], self.met[n_guests:][stay], [0.0, 0.0]])
         return HallOfFame(champions, self.size, self.done + 1, met, self.guests)
+
+    def with_guest(self, guest: np.ndarray) -> HallOfFame:
+        """Return the hall of fame with one more guest, ``(n_agents, n_networks, n_hidden, n_genes)``."""
+        n_guests = len(self.guests)
+        guests, met = np.concatenate([self.guests, guest[None]]), np.insert(self.met, n_guests, 0.0, axis=0)
+        return HallOfFame(self.champions, self.size, self.done, met, guests)
 
     def with_results(self, which: np.ndarray, won: np.ndarray) -> HallOfFame:
         """Return the hall of fame with the results of some episodes against its members.

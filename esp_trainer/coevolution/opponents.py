@@ -18,6 +18,10 @@ _LEAST_WEIGHT = 0.02
 """Smallest weight of a champion, that of one which always wins or always loses; one that wins half of its episodes has
 0.25. Even such a champion must be played now and then, because its win rate changes."""
 
+_LEAST_HARD = 1e-4
+"""Least weight of a champion by how hard it is, beside 1 of one that always wins: hundreds that always lose should
+hardly be met."""
+
 
 def uniform(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
     """Sample all members with the same probability."""
@@ -46,12 +50,20 @@ def contested(fame: HallOfFame, shape: Shape, generator: np.random.Generator) ->
     return _weighted(np.maximum(fame.wins * (1 - fame.wins), _LEAST_WEIGHT), shape, generator)
 
 
+def hard(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
+    """Sample members with weight p² for win rate p: mostly those that are hardest to beat (prioritised fictitious
+    self-play, Vinyals et al., Nature 575, 2019).
+    """
+    return _weighted(np.maximum(fame.wins**2, _LEAST_HARD), shape, generator)
+
+
 CHOICES: dict[str, Choice] = {
     "uniform": uniform,
     "recent": recent,
     "latest": latest,
     "spread": spread,
     "contested": contested,
+    "hard": hard,
 }
 """Value of ``esp.past_choice`` -> function."""
 

@@ -39,6 +39,8 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
             fame, n_guests = side.hall_of_fame, len(side.hall_of_fame.guests)
             arrays[f"{role}.hall_of_fame"] = fame.champions
             arrays[f"{role}.met"] = fame.met[n_guests:]
+            if config.esp.exploiters_every:
+                arrays[f"{role}.guests"] = fame.guests
             if n_guests:
                 arrays[f"{role}.guests_met"] = fame.met[:n_guests]
             if config.esp.memory:
@@ -136,7 +138,10 @@ def _restore(
         if len(fame) == generations:  # written before halls of fame were bounded
             fame, met = fame[kept], met[kept]
         _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
-        guests = side.hall_of_fame.guests
+        guests = side.hall_of_fame.guests  # of the league; with exploiters, the checkpoint has all
+        if config.esp.exploiters_every:
+            guests = arrays[f"{role}.guests"]
+            _check(f"{role}.guests", guests, (len(guests), *side.hall_of_fame.champions.shape[1:]))
         guests_met = arrays[f"{role}.guests_met"] if len(guests) else np.zeros((0, 2))
         _check(f"{role}.guests_met", guests_met, (len(guests), 2), np.float64)
         best = progress[role]["best"]

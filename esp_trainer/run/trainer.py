@@ -217,4 +217,5 @@ def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
             for (role, spread), signal in zip(generation.spreads.items(), generation.signals.values(), strict=True)
         },
         "held_out": held_out,
+        **({"exploited": generation.exploited} if generation.exploited else {}),
     }

@@ -47,7 +47,7 @@ COMMANDS: dict[str, Command] = {
     "no prey": (["train", "smoke", "--env.n_prey", "0"], "env.n_prey must be at least 1, got 0"),
     "no trials": (["train", "smoke", "--esp.n_trials", "0"], "esp.n_trials must be at least 1, got 0"),
     "NaN": (["train", "smoke", "--esp.init_range", "NaN"], "esp.init_range must be"),
-    "wrong choice": (["train", "smoke", "--esp.past_choice", "all"], "'spread' or 'contested', got 'all'"),
+    "wrong choice": (["train", "smoke", "--esp.past_choice", "all"], "'contested' or 'hard', got 'all'"),
     "two scripts": (
         ["train", "smoke", "--prey.policy", "flee_nearest", "--predators.policy", "greedy_chase"],
         "at least one of predators.policy and prey.policy must be 'esp', got two scripts",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tracemalloc
 from dataclasses import replace
 from typing import Any
@@ -14,9 +13,10 @@ from esp_trainer.coevolution import coevolution as module
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
-from esp_trainer.esp.team import as_candidates, pick
+from esp_trainer.esp.team import as_candidates, in_every_trial, pick
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.seeding import stream
 from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig
 
@@ -256,33 +256,33 @@ def test_candidates_meet_past_champions_where_both_sides_evolve(policies: dict[s
             assert famous.any(axis=1).all()
 
 
-def test_a_side_that_wins_too_much_waits_and_the_other_breeds_as_ever():
-    config = small()
-    usual = Coevolution(config, new_sides(config), FusedEvaluator(config.env, threads=1))
-    first = usual.step(0)
-    caught = first.trials["predators"].caught
-    assert caught != 0.5
-    winner, loser = ("predators", "prey") if caught > 0.5 else ("prey", "predators")
-    waiting = small(wait_above=max(caught, 1 - caught) - 0.01)
-    run = Coevolution(waiting, new_sides(waiting), FusedEvaluator(config.env, threads=1))
-    begun = {role: side.subpopulations.genomes.copy() for role, side in run.evolving.items()}
-    generation = run.step(0)
-    assert np.array_equal(run.evolving[winner].subpopulations.genomes, begun[winner])
-    assert np.array_equal(run.evolving[loser].subpopulations.genomes, usual.evolving[loser].subpopulations.genomes)
-    assert math.isnan(generation.signals[winner].share)
-    assert generation.signals[winner].ties == first.signals[winner].ties
-    assert run.done == 1
-    assert [len(side.hall_of_fame) for side in run.evolving.values()] == [1, 1]
-    run.step(1)
-    assert run.done == 2
+def test_every_so_often_each_pool_gets_an_exploiter_of_the_others_champion():
+    config = small(exploiters_every=2, exploiter_generations=3)
+    run, generations = evolve(config, 4)
+    assert [list(generation.exploited) for generation in generations] == [[], ["predators", "prey"]] * 2
+    assert "exploiters" in generations[1].seconds
+    evaluator = FusedEvaluator(config.env, threads=1)
+    for role, against in (("predators", "prey"), ("prey", "predators")):
+        fame = run.evolving[role].hall_of_fame
+        assert (len(fame.guests), len(fame.champions)) == (2, 4)
+        for guest, generation in zip(fame.guests, generations[1::2], strict=True):
+            assert guest.shape == generation.champions[role].genomes.shape
+            assert not np.array_equal(guest, generation.champions[role].genomes)
+        opponent = generations[3].champions[against]
+        mine = in_every_trial(generations[3].champions[role].controller, fame.guests[1], 16)
+        theirs = opponent.as_teams(16)
+        teams = (mine, theirs) if role == "predators" else (theirs, mine)
+        seed = int(stream(config.seed, f"{role} exploiter", 3).integers(2**63))
+        held_out = evaluator.starts.held_out(stream(seed, "held-out"), 16)
+        result = evaluator.evaluate(TrialBatch(*teams, held_out))
+        assert result.captured.mean() == pytest.approx(generations[3].exploited[role])
 
 
-def test_a_side_does_not_wait_for_a_script():
-    config = small(wait_above=0.001).replace(prey=SideConfig(policy="flee_nearest"))
-    run = Coevolution(config, new_sides(config), FusedEvaluator(config.env, threads=1))
-    begun = run.evolving["predators"].subpopulations.genomes.copy()
-    run.step(0)
-    assert (run.evolving["predators"].subpopulations.genomes != begun).any()
+def test_a_side_that_meets_a_script_gets_no_exploiter():
+    config = small(exploiters_every=1).replace(prey=SideConfig(policy="flee_nearest"))
+    run, generations = evolve(config, 2)
+    assert not any(generation.exploited for generation in generations)
+    assert not len(run.evolving["predators"].hall_of_fame.guests)
 
 
 def test_a_champion_is_remembered_to_win_as_far_as_it_won():

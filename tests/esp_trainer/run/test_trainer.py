@@ -47,7 +47,7 @@ VARIANTS = {
         **{"memory": 0.8, "prior_trials": 20, "block_size": 10},
         **{"past_share": 0.5, "past_choice": "contested", "past_each_episode": True},
     ).replace(champion=SMOKE.champion.replace(n_past=3)),
-    "a side that waits": _esp(wait_above=0.6),
+    "exploiters": _esp(past_share=0.5, past_choice="hard", exploiters_every=4, exploiter_generations=2),
     "mixed, burst, scripted prey": _esp(pairing="mixed", burst_after=2).replace(
         prey=SMOKE.prey.replace(policy="flee_nearest")
     ),
