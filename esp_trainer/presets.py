@@ -21,6 +21,7 @@ _RACE = EspConfig(
     block_size=10,
     memory=0.8,
     prior_trials=100.0,
+    exploiters_every=25,
 )
 _BEST_OF_POOL = ChampionConfig(n_past=10)
 

@@ -77,6 +77,7 @@ _SMALL = {
     "esp.hof_mates": 0,
     "champion.n_candidates": 4,
     "champion.n_past": 0,
+    "esp.exploiter_generations": 2,
     "champion.n_held_out": 32,
 }
 
