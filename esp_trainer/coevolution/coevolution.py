@@ -128,7 +128,7 @@ class Coevolution:
             "breeding": (perf_counter() - exploited) + (asked_at - begun),
         }
         caught = {role: each.caught for role, each in exploiters.items()}
-        if exploiters:
+        if self.config.esp.exploiters_every:
             seconds["exploiters"] = exploited - measured
         return Generation(number, trials, champions, spreads, signals, held_out, seconds, caught), sides
 

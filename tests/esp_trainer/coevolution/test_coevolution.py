@@ -260,7 +260,7 @@ def test_every_so_often_each_pool_gets_an_exploiter_of_the_others_champion():
     config = small(exploiters_every=2, exploiter_generations=3)
     run, generations = evolve(config, 4)
     assert [list(generation.exploited) for generation in generations] == [[], ["predators", "prey"]] * 2
-    assert "exploiters" in generations[1].seconds
+    assert all("exploiters" in generation.seconds for generation in generations)
     evaluator = FusedEvaluator(config.env, threads=1)
     for role, against in (("predators", "prey"), ("prey", "predators")):
         fame = run.evolving[role].hall_of_fame
