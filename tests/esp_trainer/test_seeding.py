@@ -14,6 +14,9 @@ def first_numbers(seed: int, purpose: str, generation: int = 0) -> tuple[int, ..
     return tuple(stream(seed, purpose, generation).integers(0, 2**63, 4).tolist())
 
 
+_OF_A_SIDE = ("ask", "breeding", "opponents", "candidates' opponents", "exploiter")
+
+
 def test_a_stream_is_the_same_whatever_else_was_drawn():
     expected = first_numbers(3, "starts", 7)
     stream(3, "starts", 6).random(1000)
@@ -23,7 +26,7 @@ def test_a_stream_is_the_same_whatever_else_was_drawn():
 
 def test_streams_differ_by_seed_purpose_and_generation():
     purposes = ["starts", "champions", "held-out", "match"]
-    purposes += [f"{role} {use}" for role in ("predators", "prey") for use in ("ask", "breeding", "opponents")]
+    purposes += [f"{role} {use}" for role in ("predators", "prey") for use in _OF_A_SIDE]
     keys = list(product((0, 1, 2**63 - 1), purposes, (0, 1, 449)))
     assert len({first_numbers(*key) for key in keys}) == len(keys)
 
