@@ -13,7 +13,10 @@ ECOSYSTEM = Path(__file__).parent / "ecosystem"
 # Those of a tool are run where that tool is installed: in tests/ecosystem.
 SNIPPETS = re.findall(r"(?<!-->\n)```python\n(.*?)```", README, re.DOTALL)
 
-SMALL = ["--env.max_cycles", "10", "--esp.subpopulation_size", "8", "--esp.hof_mates", "1", "--esp.n_trials", "8"]
+SMALL = [
+    *("--env.max_cycles", "10", "--esp.subpopulation_size", "8", "--esp.n_trials", "8"),
+    *("--esp.block_size", "1", "--esp.exploiters_every", "0"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +25,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("readme")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
-        assert main(["train", "paper-3v2", "--generations", "100", "--quiet", *SMALL]) == 0
+        assert main(["train", "race-3v1", "--generations", "400", "--quiet", *SMALL]) == 0
     return place
 
 
