@@ -18,7 +18,9 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.report.source import SPREADS, read
+from esp_trainer.run.directory import RunDirectory, records
 from esp_trainer.sweep.plan import PlannedRun
+from esp_trainer.types import ROLES
 from predprey_env.policies.names import other_team
 
 GENERATIONS = 24
@@ -134,11 +136,22 @@ def gather(place: Path, runs: Sequence[PlannedRun], kept: Path) -> None:
         own = [run for run in runs if run.cell == condition]
         if not all(is_measured(place, run) for run in own):
             continue
-        each = [dict(np.load(measured_file(place, run))) for run in own]
+        each = [dict(np.load(measured_file(place, run))) | _exploited(place / run.name) for run in own]
         arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
         kept.mkdir(parents=True, exist_ok=True)
         with (kept / f"{condition}.npz").open("wb") as stream:
             np.savez_compressed(stream, **arrays)
+
+
+def _exploited(path: Path) -> Arrays:
+    """Return what each exploiter of a run caught (or lost) of the other side's champion, ``(n_exploiters,)`` for each
+    side, with the generations; nothing of a run without exploiters.
+    """
+    lines = [line for line in records(RunDirectory(path).metrics_file) if line.get("exploited")]
+    if not lines:
+        return {}
+    found = {f"exploited.{role}": np.array([line["exploited"][role] for line in lines]) for role in ROLES}
+    return found | {"exploited.generations": np.array([line["generation"] for line in lines])}
 
 
 def seeds_of(arrays: Arrays) -> list[int]:

@@ -59,6 +59,10 @@ def _of_task(task: str, found: Task) -> str:
             "Gains against the panel: the last sixth of the generations less the first.",
             _table(found, _GAINS),
             _lesser(found),
+            *(
+                [f"![Exploiters against the champion](race/exploiters-{task}.png)", _EXPLOITERS]
+                * _has_exploiters(found)
+            ),
             f"![Fresh evolution against frozen champions](race/exploited-{task}.png)",
             "What fresh evolution reaches against the champions of the first, the middle and the last third.",
             _table(found, _EXPLOITED),
@@ -66,6 +70,16 @@ def _of_task(task: str, found: Task) -> str:
             _table(found, {name: _behaviour(name) for name in TRACKED[task]}),
         ]
     )
+
+
+_EXPLOITERS = (
+    "What the runs' own exploiters reach within 20 generations against the champion of the moment: prey caught by "
+    "exploiting predators, prey not caught of exploiting prey; means of three exploiters in turn."
+)
+
+
+def _has_exploiters(found: Task) -> bool:
+    return any("exploited.prey" in arrays for arrays in found.values())
 
 
 Column = Callable[[Arrays], str]
@@ -145,6 +159,7 @@ def _draw(task: str, found: Task, place: Path) -> None:
         plots.legend(panel)
     plots.save(figure, place / f"level-{task}.png", data)
 
+    _draw_exploiters(task, {name: arrays for name, arrays in shown.items() if "exploited.prey" in arrays}, place)
     figure, axes = plots.panels(2, width=4.6, columns=2)
     data = {}
     for panel, role in zip(axes, ROLES, strict=True):
@@ -156,3 +171,19 @@ def _draw(task: str, found: Task, place: Path) -> None:
         panel.set(title=f"fresh {role}", xlabel="generation of the frozen side", ylabel="reached", ylim=(0, 1))
         plots.legend(panel)
     plots.save(figure, place / f"exploited-{task}.png", data)
+
+
+def _draw_exploiters(task: str, shown: Task, place: Path) -> None:
+    """Draw what the exploiters of the runs themselves reached, by generation."""
+    if not shown:
+        return
+    figure, axes = plots.panels(2, width=4.6, columns=2)
+    data: dict[str, np.ndarray] = {}
+    for panel, role in zip(axes, ROLES, strict=True):
+        for number, (name, arrays) in enumerate(shown.items()):
+            caught, x = arrays[f"exploited.{role}"].astype(float), arrays["exploited.generations"][0]
+            drawn = plots.curve(panel, x, caught if role == "predators" else 1 - caught, name, number, window=3)
+            data |= {"generation": x} | {f"{role}, {name}: {part}": values for part, values in drawn.items()}
+        panel.set(title=f"exploiting {role}", xlabel="generation", ylabel="against the champion", ylim=(0, 1))
+        plots.legend(panel)
+    plots.save(figure, place / f"exploiters-{task}.png", data)
