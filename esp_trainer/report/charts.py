@@ -142,7 +142,8 @@ def _others(runs: Sequence[Measured]) -> Figure:
     return {
         "id": "others",
         "title": "Against opponents of other seeds",
-        "caption": "Whom they never met in training: progress here is not just an answer to the own opponents.",
+        "caption": "Champions of other runs, which this run never met: progress here is no mere answer to its own "
+        "opponents.",
         "data": data,
         "layout": _axes("mean result", range=[0, 1]),
     }
@@ -160,8 +161,8 @@ def _behaviours(runs: Sequence[Measured]) -> Figure:
     return {
         "id": "behaviours",
         "title": "Behaviours",
-        "caption": "Share of episodes between contemporaries in which each is seen, less the share in which the same "
-        "motions show it by chance. Rare ones are switched off: the legend switches them on.",
+        "caption": "Fraction of the episodes of champions against contemporary champions in which a behaviour is "
+        "detected, minus its rate by chance. The legend switches on the rare ones.",
         "data": data,
         "layout": _axes("share beyond chance"),
     }
@@ -182,8 +183,8 @@ def _signal(runs: Sequence[Measured]) -> Figure:
     return {
         "id": "signal",
         "title": "What selection sees",
-        "caption": "Share of the differences between neurons of a subpopulation that is not sampling noise. "
-        f"At 0 selection is a lottery. Means over {_WINDOW} generations.",
+        "caption": "Fraction of the variance of neuron fitness within a subpopulation that is not sampling noise. "
+        f"A few percent are usual. Means over {_WINDOW} generations.",
         "data": _both_roles(runs, "signal", _WINDOW),
         "layout": _axes("share"),
     }
