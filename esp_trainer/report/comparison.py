@@ -36,8 +36,7 @@ _ABOUT_SUCCESS = (
     "the last third of each seed."
 )
 _ABOUT_SIGNAL = (
-    "Share of the differences between neurons that is not sampling noise, mean over the run. At 0 selection is a "
-    "lottery."
+    "Fraction of the variance of neuron fitness that is not sampling noise, mean over the run. A few percent are usual."
 )
 _RESULTS: dict[Role, str] = {"predators": "share of prey caught", "prey": "share of prey not caught"}
 
