@@ -53,6 +53,7 @@ def _of_task(task: str, found: Task) -> str:
     return "\n\n".join(
         [
             f"## {TASK_TITLES[task]}",
+            *([_answer(found["race"])] if "race" in found else []),
             f"![Level by generation](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
             _table(found, _LEVELS),
@@ -69,6 +70,24 @@ def _of_task(task: str, found: Task) -> str:
             "Behaviours, rate beyond chance, mean over the generations.",
             _table(found, {name: _behaviour(name) for name in TRACKED[task]}),
         ]
+    )
+
+
+def _answer(arrays: Arrays) -> str:
+    """Return what the recommended preset comes to, in a few sentences."""
+
+    def gain(role: Role, *, half: bool) -> str:
+        return str(endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)))
+
+    sides = [
+        f"**The {role} gain {gain(role, half=False)}** against the panel over the whole run, and "
+        f"{gain(role, half=True)} in its second half."
+        for role in reversed(ROLES)
+    ]
+    escape, catch = (summary(endpoints.level(arrays, role, "panel")) for role in reversed(ROLES))
+    return (
+        f"`race`, {len(arrays['config'])} seeds. {' '.join(sides)} In the end {escape} of the prey escape the panel's "
+        f"predators, and the predators catch {catch} of the panel's prey."
     )
 
 
