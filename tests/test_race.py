@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -94,6 +95,13 @@ def test_nobody_trains_on_the_panel(task: str) -> None:
     assert len(panel) == 20
     assert not {run.config.seed for run in panel} & {run.config.seed for run in trained}
     assert {run.config.prey.bias for run in panel} == {False, True}
+
+
+def test_the_page_is_made_of_the_measurements_that_are_kept(tmp_path: Path) -> None:
+    docs = SCRIPTS.parent / "docs"
+    shutil.copytree(docs / "race" / "data", tmp_path / "race" / "data")
+    write(tmp_path / "race" / "data", tmp_path)
+    assert (tmp_path / "race.md").read_text() == (docs / "race.md").read_text()
 
 
 @pytest.mark.slow
