@@ -27,7 +27,7 @@ _BEST_OF_POOL = ChampionConfig(n_past=10)
 
 PRESETS: dict[str, tuple[str, RunConfig]] = {
     "race-3v1": (
-        "recommended: three predators and one prey, a race that goes on (docs/race.md)",
+        "recommended: three predators and one prey, past champions and exploiters as opponents (docs/race.md)",
         RunConfig(
             generations=1500,
             env=_ONE_PREY,
@@ -38,7 +38,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         ),
     ),
     "race-3v2": (
-        "recommended: the same with two prey, each predator paid for its own distance to them (docs/race.md)",
+        "recommended: the same with two prey, each predator paid for its own distance; not proved yet (docs/race.md)",
         RunConfig(
             generations=1500,
             env=EnvConfig(credit="individual"),
