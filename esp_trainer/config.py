@@ -242,6 +242,10 @@ class RunConfig(Settings):
                 raise ValueError(f"{team}.policy must be one of esp, {', '.join(SCRIPTS[team])}, got {policy!r}")
         if "esp" not in (self.predators.policy, self.prey.policy):
             raise ValueError("at least one of predators.policy and prey.policy must be 'esp', got two scripts")
+        if self.esp.exploiters_every and not (self.esp.past_share or self.champion.n_past):
+            raise ValueError(
+                "esp.exploiters_every must be 0 where esp.past_share and champion.n_past are 0: none is met"
+            )
         return self
 
     def with_fields(self, fields: Mapping[str, Any]) -> RunConfig:

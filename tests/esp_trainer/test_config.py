@@ -103,6 +103,10 @@ def test_numbers_that_are_not_finite_are_refused(field: str, value: float):
             {"predators": {"policy": "greedy_chase"}, "prey": {"policy": "flee_nearest"}},
             ["predators.policy and prey.policy", "'esp'", "got two scripts"],
         ),
+        (
+            {"esp": {"exploiters_every": 5}},
+            ["esp.exploiters_every must be 0", "esp.past_share and champion.n_past are 0"],
+        ),
     ],
 )
 def test_fields_that_do_not_fit_together_are_refused(fields: dict[str, Any], words: list[str]):

@@ -257,7 +257,7 @@ def test_candidates_meet_past_champions_where_both_sides_evolve(policies: dict[s
 
 
 def test_every_so_often_each_pool_gets_an_exploiter_of_the_others_champion():
-    config = small(exploiters_every=2, exploiter_generations=3)
+    config = small(past_share=0.5, exploiters_every=2, exploiter_generations=3)
     run, generations = evolve(config, 4)
     assert [list(generation.exploited) for generation in generations] == [[], ["predators", "prey"]] * 2
     assert all("exploiters" in generation.seconds for generation in generations)
@@ -279,7 +279,7 @@ def test_every_so_often_each_pool_gets_an_exploiter_of_the_others_champion():
 
 
 def test_a_side_that_meets_a_script_gets_no_exploiter():
-    config = small(exploiters_every=1).replace(prey=SideConfig(policy="flee_nearest"))
+    config = small(past_share=0.5, exploiters_every=1).replace(prey=SideConfig(policy="flee_nearest"))
     run, generations = evolve(config, 2)
     assert not any(generation.exploited for generation in generations)
     assert not len(run.evolving["predators"].hall_of_fame.guests)
