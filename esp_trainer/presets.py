@@ -97,7 +97,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         RunConfig(predators=_DRAWN, prey=_DRAWN),
     ),
     "drawn-3v1": (
-        "the same for a single prey; predators as strong as those of race-3v1, weaker prey (docs/reproduction.md)",
+        "the same for a single prey: strong predators (docs/reproduction.md)",
         RunConfig(env=_ONE_PREY, predators=_DRAWN, prey=_DRAWN),
     ),
     "fleeing-prey": (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -79,7 +78,7 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
         for name, opponents in panels.items():
             if theirs := opponents[other_team(role)]:
                 found[f"{name}.{role}"] = caught_by_each(role, mine, theirs, evaluator).astype(np.float32)
-    if len(history.champions) == len(panels["scripts"]):
+    if len(history.champions) == len(ROLES):
         found["own"] = own_cross_play(history, evaluator, n_generations=GENERATIONS).caught.astype(np.float32)
         found |= _behaviours(history, evaluator, generations)
         found |= _responses(history, evaluator)
@@ -152,8 +151,3 @@ def _exploited(path: Path) -> Arrays:
         return {}
     found = {f"exploited.{role}": np.array([line["exploited"][role] for line in lines]) for role in ROLES}
     return found | {"exploited.generations": np.array([line["generation"] for line in lines])}
-
-
-def seeds_of(arrays: Arrays) -> list[int]:
-    """Return the seeds that a condition's measurements are of."""
-    return [json.loads(str(config))["seed"] for config in arrays["config"]]

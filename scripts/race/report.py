@@ -84,10 +84,13 @@ def _answer(arrays: Arrays) -> str:
         f"{gain(role, half=True)} in its second half."
         for role in reversed(ROLES)
     ]
+    late = [endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=True)) for role in ROLES]
+    verdict = "holds" if all(each.low > 0 for each in late) else "does not hold"
     escape, catch = (summary(endpoints.level(arrays, role, "panel")) for role in reversed(ROLES))
     return (
         f"`race`, {len(arrays['config'])} seeds. {' '.join(sides)} In the end {escape} of the prey escape the panel's "
-        f"predators, and the predators catch {catch} of the panel's prey."
+        f"predators, and the predators catch {catch} of the panel's prey.\n\nBy the protocol the first hypothesis, that "
+        f"both sides still improve in the second half, **{verdict}** for these seeds."
     )
 
 

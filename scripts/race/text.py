@@ -2,11 +2,11 @@
 
 HEAD = """# Does the race go on?
 
-`python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests were fixed
-before the runs, in [the protocol](race-protocol.md); what is planned there and missing here has not been run
-yet. Every figure is measured against opponents that stand still. The *panel* is 20 runs that nobody trained on,
-10 with biases and 10 without, with six champions each. The *zoo* is the held-out teams that ship with the
-package, the *scripts* are those of the environment."""
+`python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
+[the protocol](race-protocol.md), written before the runs and changed once; what is planned there and missing here
+has not been run yet. Every figure is measured against opponents that stand still. The *panel* is 20 runs that
+nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the held-out teams that ship
+with the package, the *scripts* are those of the environment."""
 
 TASK_TITLES = {"3v1": "Three predators, one prey", "3v2": "Three predators, two prey"}
 
