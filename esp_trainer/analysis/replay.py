@@ -89,8 +89,9 @@ def as_pictures(episode: Episode, fps: float, follow: int | None = None) -> Iter
 
 
 def captions(episode: Episode) -> list[str]:
-    """Which behaviours are seen after each whole step, or were just before: the rarer the earlier in the line, as many
-    as there is room for.
+    """Return the names of the behaviours that are seen after each whole step, or were just before.
+
+    The rarest come first in a line; those for which there is no room are left out.
     """
     found = seen_in(episode)
     lines = []

@@ -171,7 +171,7 @@ def _assumed_world(name: str, team: Team) -> EnvConfig:
 
 
 def _world_of(player: Seat, name: str) -> EnvConfig | None:
-    """Which one it was evolved or solved in; None if it does not say."""
+    """Return the world that a player was evolved or solved in; None if it does not say."""
     if isinstance(player, Solution):
         return player.config
     return _world(player, name) if isinstance(player, Team) else None
@@ -201,7 +201,7 @@ def _load(name: str) -> Seat:
 
 
 def _evolved(name: str, besides: Iterable[str] = ()) -> Team:
-    """Of the zoo, or from a file; if there is none, the error suggests the nearest name, ``besides`` among them."""
+    """Load a team of the zoo or of a file. The error suggests the nearest name, those in ``besides`` among them."""
     known = known_teams()
     if name in known and not Path(name).exists():
         return load_team(name)
@@ -220,7 +220,7 @@ def _world(team: Team, name: str) -> EnvConfig | None:
 
 
 def _words(env: EnvConfig) -> str:
-    """What is not as by default."""
+    """Return the settings of a world that differ from the default, as text."""
     changed = env.model_dump(exclude_defaults=True)
     return ", ".join(f"{name}={value}" for name, value in changed.items()) or "the default one"
 

@@ -154,7 +154,8 @@ def _checked(declared: dict[str, Any]) -> tuple[list[str], Sequence[int], dict[s
     for what, given in {"preset": presets, "seeds": seeds, **values}.items():
         if not given:
             raise ValueError(f"{what} must hold at least one value, got none")
-    n_runs = prod(map(len, (presets, seeds, *values.values())))
+    n_conditions = max(1, len(_conditions(declared.get("conditions", {}))))
+    n_runs = n_conditions * prod(map(len, (presets, seeds, *values.values())))
     if n_runs > _MOST:
         raise ValueError(f"a sweep must have at most {_MOST:,} runs, got {n_runs:,}")
     return presets, seeds, values

@@ -89,8 +89,8 @@ def _answer(arrays: Arrays) -> str:
     escape, catch = (summary(endpoints.level(arrays, role, "panel")) for role in reversed(ROLES))
     return (
         f"`race`, {len(arrays['config'])} seeds. {' '.join(sides)} In the end {escape} of the prey escape the panel's "
-        f"predators, and the predators catch {catch} of the panel's prey.\n\nBy the protocol the first hypothesis, that "
-        f"both sides still improve in the second half, **{verdict}** for these seeds."
+        f"predators, and the predators catch {catch} of the panel's prey.\n\nBy the protocol the first hypothesis, "
+        f"that both sides still improve in the second half, **{verdict}** for these seeds."
     )
 
 

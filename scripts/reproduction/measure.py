@@ -35,7 +35,7 @@ Measured = dict[str, np.ndarray]
 
 
 def measured_file(place: Path, arm: Arm, seed: int) -> Path:
-    """Where the measurements of a run are kept."""
+    """Return the file for the measurements of a run."""
     return place / arm.name / f"seed-{seed}.npz"
 
 
@@ -136,7 +136,7 @@ def _behaviours(history: History, evaluator: FusedEvaluator) -> Measured:
 
 
 def _best_responses(history: History, evaluator: FusedEvaluator) -> Measured:
-    """What fresh evolution takes from either side of the last generation: shares caught before and after."""
+    """Return the fractions caught before and after fresh evolution against either side of the last generation."""
     found = {}
     for role in history.champions:
         seed = _RESPONSE_SEED + history.config.seed

@@ -41,12 +41,12 @@ class Results:
 
     @property
     def generations(self) -> np.ndarray:
-        """Those that were sampled, int ``(G,)``."""
+        """Sampled generations, int ``(G,)``."""
         return np.asarray(self.arrays["generations"][0])
 
     @property
     def caught(self) -> np.ndarray:
-        """Who catches whom in each run, ``(n_seeds, G, H)``."""
+        """Fraction of prey caught, predators by prey, of each run: ``(n_seeds, G, H)``."""
         return np.asarray(self["own.captured"].sum(axis=-1) / self["met"][:, None, None].sum(axis=-1))
 
     @property
@@ -68,7 +68,7 @@ class Results:
         return np.asarray(values.mean(axis=(1, 2)))
 
     def _rows(self, since: int, until: int | None) -> np.ndarray:
-        """Which sampled generations lie between two."""
+        """Return which of the sampled generations lie between two, bool ``(G,)``."""
         return (self.generations >= since) & (self.generations < (until or np.inf))
 
     def global_progress(self, since: int = 0, until: int | None = None) -> list[Sides[Progress]]:
@@ -99,13 +99,14 @@ class Results:
 
     @cached_property
     def alternations(self) -> list[Alternation]:
-        """Of success, champion against champion, in each run."""
+        """Alternations of success, champion against champion, of each run."""
         curves = self["curve.caught"].astype(float)
         return [alternation(curve, np.random.default_rng(0)) for curve in curves]
 
     def cycling(self) -> list[bool]:
-        """In which runs success goes there and back more often than an AR(1) curve does 1 time in 20; one rise that
-        stays is an alternation too, but no cycle.
+        """Return for each run whether success goes there and back more often than an AR(1) curve does 1 time in 20.
+
+        One rise that stays is an alternation too, but no cycle.
         """
         return [each.count >= 2 and each.p <= CHANCE for each in self.alternations]
 
@@ -116,7 +117,7 @@ class Results:
 
 
 def kept_file(kept: Path, arm: Arm) -> Path:
-    """Where the results of an arm are kept."""
+    """Return the file for the results of an arm."""
     return kept / f"{arm.name}.npz"
 
 

@@ -104,6 +104,10 @@ def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
             'preset = "smoke"\n[fields]\nesp = [{n_trials = 5}]',
             "esp must be a value or a list of values, got [{'n_trials': 5}]",
         ),
+        (
+            'preset = "smoke"\nseeds = 50001\n[conditions.a]\n[conditions.b]\nprey.bias = true',
+            "a sweep must have at most 100,000 runs, got 100,002",
+        ),
         ('preset = "smoke"\nconditions = 1', "conditions must be tables of fields by name, got 1"),
         ('preset = "smoke"\n[conditions]\na = 1', "conditions must be tables of fields by name, got {'a': 1}"),
         (
