@@ -173,6 +173,20 @@ class TrialResult:
         return self.fitness[..., :-n_prey] if role == "predators" else self.fitness[..., -n_prey:]
 
 
+class Trace(NamedTuple):
+    """The course of the episodes of a batch. Agents are in order, predators first."""
+
+    cells: np.ndarray
+    """Cell of each agent at the start and after each step, int32 ``(n_trials, n_episodes, max_cycles + 1, n_agents,
+    2)``; -1 after the end of an episode."""
+    actions: np.ndarray
+    """Action of each agent in each step, int8 ``(n_trials, n_episodes, max_cycles, n_agents)``; -1 after the end of an
+    episode. The actions of caught prey have no effect."""
+    caught_at: np.ndarray
+    """Step in which each prey was caught, counted from 1, or 0 if it was not: int32 ``(n_trials, n_episodes,
+    n_prey)``."""
+
+
 class Starts(Protocol):
     """A source of episode starts."""
 

@@ -10,8 +10,7 @@ from predprey_env.config import EnvConfig, TeamName
 from predprey_env.lanes import LANES
 from predprey_env.policies.names import PREFIXES
 from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy
-from predprey_env.policies.protocol import MEMORY, Policy
-from predprey_env.worlds import Dictated, Worlds
+from predprey_env.policies.protocol import Policy
 
 
 def seat(
@@ -19,13 +18,13 @@ def seat(
 ) -> tuple[Policy, OutsideTeam | None, Any]:
     """Return an opponent's policy, the :class:`OutsideTeam` that asks it in Python, and its player in compiled code.
 
-    The outside team is None if the policy is compiled; otherwise the player is :class:`~predprey_env.worlds.Dictated`.
+    One of the two is None: a policy without a player is asked in Python.
     """
     policy = as_policy(opponent, team, config)
     player = compiled_player(policy, team, config, LANES)
     if player is not None:
         return policy, None, player
-    return policy, OutsideTeam(policy, config, team, n_worlds), OutsideTeam.player
+    return policy, OutsideTeam(policy, config, team, n_worlds), None
 
 
 class OutsideTeam:
@@ -39,8 +38,6 @@ class OutsideTeam:
         whose: Owner of the policy, as error messages name it.
     """
 
-    player = Dictated()
-
     def __init__(
         self, policy: Policy, config: EnvConfig, team: TeamName, n_worlds: int, whose: str = "the opponent's"
     ) -> None:
@@ -51,7 +48,7 @@ class OutsideTeam:
         self._policies = [policy] if self._at_once else [own_copy(policy, whose) for _ in range(n_worlds)]
         self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
         """Observations of the team, float32 ``(n_worlds, n_agents, n_seen)``. The caller writes them before
-        :meth:`choose`."""
+        :meth:`act`."""
 
     def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:
         """Start an episode in the worlds ``which``, int ``(n,)``, with a seed for each, int ``(n,)``.
@@ -66,7 +63,7 @@ class OutsideTeam:
             self._policies[world].reset(seed)
 
     def act(self, playing: np.ndarray) -> np.ndarray:
-        """Return the team's actions for the observations in :attr:`views`, int ``(n_worlds, n_agents)``.
+        """Return the team's actions for the observations in :attr:`views`, int32 ``(n_worlds, n_agents)``.
 
         Args:
             playing: bool ``(n_worlds,)``: the worlds in which the episode goes on; in the others the actions mean
@@ -77,15 +74,6 @@ class OutsideTeam:
             ValueError: The policy did not return an action for each agent.
         """
         return self._ask_all() if self._at_once else self._ask_each(playing)
-
-    def choose(self, worlds: Worlds) -> None:
-        """Write the team's actions to the memory rows from which :class:`~predprey_env.worlds.Dictated` reads them."""
-        # The last block may have unused lanes: views has a row for each world only.
-        actions = self.act(worlds.over[:, 0].reshape(-1)[: len(self.views)] == 0)
-        n_worlds, n_agents = actions.shape
-        padded = np.zeros((len(worlds.kept) * LANES, n_agents), np.int32)
-        padded[:n_worlds] = actions
-        worlds.kept[:, ::MEMORY] = padded.reshape(-1, LANES, n_agents).transpose(0, 2, 1)
 
     def _ask_each(self, playing: np.ndarray) -> np.ndarray:
         actions = np.zeros((len(self._policies), len(self._agents)), np.int32)
@@ -111,4 +99,4 @@ class OutsideTeam:
                 f"{self._whose} act_batch() must return actions in 0..{self._shape.n_actions - 1}, "
                 f"got {actions.min()} to {actions.max()}"
             )
-        return actions
+        return np.ascontiguousarray(actions, np.int32)

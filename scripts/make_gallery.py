@@ -89,8 +89,8 @@ def search(task: str, names: list[str], n_seeds: int) -> Iterator[tuple[str, Fou
     pairs = [(hunters, hunted) for hunters in teams["predators"] for hunted in teams["prey"]]
     for hunters, hunted in tqdm(pairs, desc=task):
         batch = TrialBatch(load_team(hunters.name).as_teams(n_seeds), load_team(hunted.name).as_teams(n_seeds), starts)
-        result, trace = evaluator.play(batch)
-        paths = Paths.of_trace(trace[:, 0], env.n_predators, env.size, result.captured[:, 0])
+        _, trace = evaluator.play(batch)
+        paths = Paths.of_trace(trace.cells[:, 0], env.n_predators, env.size, trace.caught_at[:, 0])
         for name in names:
             rows = BEHAVIOURS[name].rule(paths, Thresholds())
             for seed in np.flatnonzero(rows.any(axis=1)).tolist():

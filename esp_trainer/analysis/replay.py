@@ -38,9 +38,16 @@ class Episode:
 
     def paths(self) -> Paths:
         """The same as the behaviours' detectors read it, as one episode."""
-        trace = np.full((1, self.env.max_cycles + 1, self.env.n_agents, 2), -1, np.int32)
-        trace[0, : len(self.cells)] = self.cells
-        return Paths.of_trace(trace, self.env.n_predators, self.env.size, self.worlds[-1].alive[None] == 0)
+        cells = np.full((1, self.env.max_cycles + 1, self.env.n_agents, 2), -1, np.int32)
+        cells[0, : len(self.cells)] = self.cells
+        return Paths.of_trace(cells, self.env.n_predators, self.env.size, self.caught_at[None])
+
+    @property
+    def caught_at(self) -> np.ndarray:
+        """Step in which each prey was caught, counted from 1, or 0 if it was not: int ``(n_prey,)``."""
+        caught = np.array([world.alive for world in self.worlds]) == 0
+        steps = np.ceil(self.times).astype(np.int64)
+        return np.where(caught.any(axis=0), steps[caught.argmax(axis=0)], 0)
 
 
 def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Episode:

@@ -34,9 +34,9 @@ def episodes(
     starts = evaluator.starts.held_out(stream(seed, "watched"), n_episodes)
     predators = history.player("predators", generation).as_teams(n_episodes)
     prey = history.player("prey", generation).as_teams(n_episodes)
-    result, trace = evaluator.play(TrialBatch(predators, prey, starts))
-    env = evaluator.env
-    return trace[:, 0], Paths.of_trace(trace[:, 0], env.n_predators, env.size, result.captured[:, 0])
+    _, trace = evaluator.play(TrialBatch(predators, prey, starts))
+    env, cells = evaluator.env, trace.cells[:, 0]
+    return cells, Paths.of_trace(cells, env.n_predators, env.size, trace.caught_at[:, 0])
 
 
 def watch(

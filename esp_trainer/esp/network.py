@@ -10,8 +10,8 @@ from esp_trainer.types import Controller
 from predprey_env.compilation import rule
 from predprey_env.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.lanes import load, store, where
-from predprey_env.policies.chance import advance, share
-from predprey_env.policies.protocol import choose
+from predprey_env.policies.chance import next_state, unit_float
+from predprey_env.policies.protocol import choose, sees_team
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 LOG2_E = np.float32(1.4426950408889634)
@@ -141,8 +141,8 @@ def draw(controller: Controller, votes: Any, memory: Any, at: int) -> Any:
     """
     n_actions, total = len(controller.blank), accumulate(controller, votes)
     state = load(memory, at)
-    store(memory, at, advance(state))
-    point = share(state) * total
+    store(memory, at, next_state(state))
+    point = unit_float(state) * total
     winner = where(point >= load(votes, 0), 1, 0)
     for action in range(1, n_actions - 1):
         winner = winner + where(point >= load(votes, action), 1, 0)
@@ -181,4 +181,11 @@ def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any
     return most_votes(networks.controller, networks.votes)
 
 
+@rule
+def reads_team(networks: Networks) -> bool:
+    """Return whether the controller is central; see :func:`predprey_env.policies.protocol.sees_team`."""
+    return networks.controller.n_together > 1
+
+
 choose.register(Networks, play)
+sees_team.register(Networks, reads_team)

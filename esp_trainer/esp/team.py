@@ -104,12 +104,9 @@ class Team:
     def compiled(self, team: Role, env: EnvConfig, lanes: int) -> Networks:
         """Return the team as a player in compiled code, for one world (``lanes = 0``) or ``lanes`` worlds at a time.
 
-        Raises :class:`ValueError` if the team plays the other side, does not fit the world, or has a central
-        controller: compiled players read one agent's observation at a time.
+        Raises :class:`ValueError` if the team plays the other side or does not fit the world.
         """
         self.check_fits(team, env)
-        if self.controller.n_together > 1:
-            raise ValueError("a central controller must see its whole team at once; give its function act as opponent")
         networks = self.networks()
         if not lanes:
             return networks

@@ -15,7 +15,7 @@ from esp_trainer.cores import cores
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, Trace, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.lanes import LANES
 from predprey_env.policies import ScriptedTeam
@@ -55,15 +55,8 @@ class FusedEvaluator:
         """Play every episode of every trial."""
         return self._play(batch, n_traced=0)[0]
 
-    def trace(self, batch: TrialBatch) -> np.ndarray:
-        """Return every agent's cell at every step: int32 ``(n_trials, n_episodes, max_cycles + 1, n_agents, 2)``.
-
-        Steps after the end of an episode hold -1.
-        """
-        return self.play(batch)[1]
-
-    def play(self, batch: TrialBatch) -> tuple[TrialResult, np.ndarray]:
-        """Play every episode of every trial. Return the results and the trace (see :meth:`trace`)."""
+    def play(self, batch: TrialBatch) -> tuple[TrialResult, Trace]:
+        """Play every episode of every trial. Return the results and the course of the episodes."""
         return self._play(batch, n_traced=len(batch.starts))
 
     def _threads(self) -> ThreadPoolExecutor:
@@ -75,7 +68,7 @@ class FusedEvaluator:
     def _shape(self, n_trials: int, n_episodes: int) -> tuple[int, int, int, int]:
         return n_trials, n_episodes, self.env.n_agents, 2
 
-    def _play(self, batch: TrialBatch, n_traced: int) -> tuple[TrialResult, np.ndarray]:
+    def _play(self, batch: TrialBatch, n_traced: int) -> tuple[TrialResult, Trace]:
         env, starts = self.env, np.require(batch.starts, np.int32, ["C", "W"])
         if starts.shape != self._shape(*starts.shape[:2]):
             raise ValueError(f"starts must have shape (trials, episodes, {env.n_agents}, 2), got {starts.shape}")
@@ -88,9 +81,10 @@ class FusedEvaluator:
         prey = _side("prey", batch.prey, n_trials, env)
         outcome = Outcome(
             fitness=np.zeros((n_trials, n_episodes, env.n_agents)),
-            captured=np.zeros((n_trials, n_episodes, env.n_prey), np.bool_),
+            caught_at=np.zeros((n_trials, n_episodes, env.n_prey), np.int32),
             steps=np.zeros((n_trials, n_episodes), np.int64),
-            trace=np.full((n_traced, n_episodes, env.max_cycles + 1, env.n_agents, 2), -1, np.int32),
+            cells=np.full((n_traced, n_episodes, env.max_cycles + 1, env.n_agents, 2), -1, np.int32),
+            actions=np.full((n_traced, n_episodes, env.max_cycles, env.n_agents), -1, np.int8),
         )
 
         def play(part: slice) -> None:
@@ -104,7 +98,8 @@ class FusedEvaluator:
                 play(part)
         else:
             list(self._threads().map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, most)))
-        return TrialResult(outcome.fitness, outcome.captured, outcome.steps), outcome.trace
+        result = TrialResult(outcome.fitness, outcome.caught_at > 0, outcome.steps)
+        return result, Trace(outcome.cells, outcome.actions, outcome.caught_at[:n_traced])
 
 
 def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:

@@ -51,8 +51,13 @@ _SIGNS: dict[type[ast.AST], str] = {
 _ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)  # operations whose results are rounded to 32 bits
 
 
-def translate(*rules: Callable[..., Any]) -> str:
+def translate(*rules: Callable[..., Any], player: type | None = None) -> str:
     """Translate rules, and all rules that they call, to JavaScript functions of the same names.
+
+    Args:
+        rules: Rules to translate.
+        player: Class of all players. A call of a generic function of the player, such as ``choose``, becomes a call of
+            the rule for this class.
 
     Raises:
         ValueError: A rule is outside the subset of Python that rules are written in, or two rules have the same name.
@@ -68,7 +73,7 @@ def translate(*rules: Callable[..., Any]) -> str:
                 raise ValueError(f"two rules are called {name}: in {found[name].__module__} and {function.__module__}")
             continue
         found[name] = function
-        translation = _Translation(function)
+        translation = _Translation(function, player)
         texts.append(translation.text)
         pending += translation.called
     return "\n\n".join(texts) + "\n"
@@ -82,8 +87,9 @@ def _source_of(rule: Any) -> Callable[..., Any]:
 class _Translation:
     """The translation of a function: ``text`` is its JavaScript, ``called`` the rules that it calls."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], player: type | None) -> None:
         self.called: list[Callable[..., Any]] = []
+        self._player = player
         self._known = function.__globals__
         self._of_integers = function.__module__ == chance.__name__
         tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
@@ -208,6 +214,7 @@ class _Translation:
     def _global(self, name: str) -> str:
         """Return the JavaScript name of a global of the rule's module: another rule, or a function in ``GIVEN``."""
         known = self._known.get(name)
+        known = getattr(known, "registry", {}).get(self._player, known)
         if name in GIVEN and known is getattr(floats, name):
             return name
         if not hasattr(known, "py_func") and not inspect.isfunction(known):

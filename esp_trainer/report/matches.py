@@ -12,15 +12,16 @@ from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
 from esp_trainer.coevolution.sides import side_config, side_controller
-from esp_trainer.evaluation.kernel import move, seed_of
+from esp_trainer.evaluation.kernel import Entrants, seed_of
 from esp_trainer.report.javascript import translate
 from esp_trainer.types import ROLES, Controller, Role
 from predprey_env.config import MOVES, EnvConfig
 from predprey_env.dynamics import is_over
+from predprey_env.engine import play_step
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
 
-_USED = ("move", "seed_of", "first_memory", "is_over", "add_votes", "observe", "move_prey", "capture", "fma")
+_USED = ("play_step", "seed_of", "first_memory", "is_over", "add_votes", "observe", "move_prey", "capture", "fma")
 """Functions that the page calls by name: to start, advance and end a match, and to show the networks of an agent."""
 
 
@@ -30,7 +31,7 @@ def rules_in_javascript(floats: str) -> str:
     Args:
         floats: JavaScript of the floating-point functions that the rules need.
     """
-    rules = translate(move, seed_of, first_memory, is_over)
+    rules = translate(play_step, seed_of, first_memory, is_over, player=Entrants)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 

@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from predprey_env.actions import brief
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
+from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.inputs import read_actions, read_mask, read_mode, read_seeds
 from predprey_env.lanes import LANES
@@ -35,9 +36,9 @@ from predprey_env.worlds import (
     make_worlds,
     move_opponents,
     move_team,
+    move_told,
     place,
     score,
-    team_rows,
 )
 
 Infos = dict[str, Any]
@@ -114,8 +115,8 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._rules = config.rules
         self._in_turns = config.move_order == "prey_first"
         self._rows, self._other_rows = team_rows(config, team), team_rows(config, others)
-        self._worlds = make_worlds(config, n_worlds, self._other_rows)
-        self._scratch = make_scratch(config, self._other_rows)
+        self._worlds = make_worlds(config, n_worlds)
+        self._scratch = make_scratch(config)
         self._opponent, self._outside, self._player = seat(opponent, others, config, n_worlds)
         self._scores = np.zeros((n_worlds, config.n_agents))
         self._random: list[tuple[np.random.Generator, int] | None] = [None] * n_worlds
@@ -240,7 +241,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if self._outside is None:
             yield
             return
-        changing, over, random = (*self._worlds, self._scores), self._over, self._random[:]
+        changing, over, random = [*self._worlds.arrays(), self._scores], self._over, self._random[:]
         saved = [array.copy() for array in changing]
         drawn = [(seeded[0], seeded[0].bit_generator.state) for seeded in random if seeded is not None]
         try:
@@ -256,22 +257,24 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def _wake(self) -> None:
         """Reset a new opponent that takes over during episodes."""
         seeds = np.array([draw_seed(generator) for generator in self.np_random], np.int64)
-        forget(self._worlds, self._other_rows, seeds)
+        forget(self._worlds, seeds)
         if self._outside:
             self._outside.reset(np.arange(self.n_worlds), seeds)
 
     def _opponents_move(self) -> None:
         if self._outside:
             look(self._worlds, self._other_rows, self._rules, self._scratch, self._outside.views)
-            self._outside.choose(self._worlds)
-        move_opponents(self._worlds, self._other_rows, self._player, self._rules, self._scratch)
+            playing = self._worlds.over[:, 0].ravel()[: self.n_worlds] == 0
+            move_told(self._worlds, self._other_rows, self._rules, self._outside.act(playing))
+        else:
+            move_opponents(self._worlds, self._other_rows, self._player, self._rules, self._scratch)
 
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
         """Start some worlds, each from its own generator unless starts are given."""
         generators = [self._seeded(world)[0] for world in which.tolist()]
         starts = draw_each(generators, self.config) if given is None else given
         seeds = np.array([draw_seed(generator) for generator in generators], np.int64)
-        place(self._worlds, self._other_rows, self._rules, which, starts, seeds)
+        place(self._worlds, which, starts, seeds)
         if self._outside:
             self._outside.reset(which, seeds)
         if self._in_turns and self.team == "predators":

@@ -25,7 +25,7 @@ def scramble(seed: int, agent: int) -> int:
 
 
 @rule
-def advance(state: Any) -> Any:
+def next_state(state: Any) -> Any:
     """Return the next state: a linear congruential generator modulo 2**31."""
     return (state * _FACTOR + 1013904223) & _LOW_BITS
 
@@ -41,7 +41,7 @@ def pick(state: Any, n: int) -> Any:
 
 
 @rule
-def share(state: Any) -> Any:
+def unit_float(state: Any) -> Any:
     """Return a 32-bit float in [0, 1] from a state.
 
     It is 1 only for the last 64 of the 2**31 states, which round up to 1.

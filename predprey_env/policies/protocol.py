@@ -83,27 +83,11 @@ class Policy(Protocol):
         ...
 
 
-class _Choose:
-    """Generic function that returns the action of one agent of a team, as a value.
-
-    It calls the rule that is registered for exactly the player's class: ``choose(player, agent, seen, memory, at)``, in
-    Python as in compiled code.
-
-    Args:
-        player: Player of the team, a named tuple.
-        agent: Index of the agent in its team.
-        seen: Observation of the agent: rows of float32.
-        memory: Memory of the player: rows of int32, :func:`first_memory` when an episode starts.
-        at: Index of the first of the agent's :data:`MEMORY` rows.
-    """
+class _Generic:
+    """A function of a player whose rule depends on exactly the player's class, in Python as in compiled code."""
 
     def __init__(self) -> None:
         self.registry: dict[Any, Any] = {}
-
-    def __call__(self, player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
-        if type(player) not in self.registry:
-            raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
-        return self.registry[type(player)](player, agent, seen, memory, at)
 
     def register(self, player: type, rule: Any = None) -> Any:
         """Register the rule of a class of player: ``choose.register(Player, rule)``, or ``@choose.register(Player)``
@@ -126,12 +110,59 @@ class _Choose:
         return rule
 
 
+class _Choose(_Generic):
+    """Generic function that returns the action of one agent of a team, as a value.
+
+    It calls the rule that is registered for exactly the player's class: ``choose(player, agent, seen, memory, at)``, in
+    Python as in compiled code.
+
+    Args:
+        player: Player of the team, a named tuple.
+        agent: Index of the agent in its team.
+        seen: Observation of the agent, or of all agents of the team, one after the other, where the player
+            :data:`sees_team`: rows of float32.
+        memory: Memory of the player: rows of int32, :func:`first_memory` when an episode starts.
+        at: Index of the first of the agent's :data:`MEMORY` rows.
+    """
+
+    def __call__(self, player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
+        if type(player) not in self.registry:
+            raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
+        return self.registry[type(player)](player, agent, seen, memory, at)
+
+
+class _SeesTeam(_Generic):
+    """Generic function that returns whether a player chooses from the observations of all agents of its team.
+
+    A class of player without a rule chooses from the agent's own: ``sees_team.register(Player, rule)``, with
+    ``rule(player) -> bool``.
+    """
+
+    def __call__(self, player: Any) -> bool:
+        rule = self.registry.get(type(player))
+        return False if rule is None else bool(rule(player))
+
+
 choose = _Choose()
+sees_team = _SeesTeam()
+
+_INLINED = {"nogil": True, "_nrt": False, "forceinline": True}
 
 
-@overload(choose, jit_options={"nogil": True, "_nrt": False, "forceinline": True})
+@overload(choose, jit_options=_INLINED)
 def _choose(player, agent, seen, memory, at):  # type: ignore[no-untyped-def]
     implementation = choose.registry.get(getattr(player, "instance_class", None))
     if implementation is None:
         return None
     return lambda player, agent, seen, memory, at: implementation(player, agent, seen, memory, at)
+
+
+@rule
+def _sees_itself(player: Any) -> bool:
+    return False
+
+
+@overload(sees_team, jit_options=_INLINED)
+def _sees_team(player):  # type: ignore[no-untyped-def]
+    implementation = sees_team.registry.get(getattr(player, "instance_class", None), _sees_itself)
+    return lambda player: implementation(player)

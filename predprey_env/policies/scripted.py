@@ -11,7 +11,7 @@ import numpy as np
 from predprey_env.compilation import entry_point, rule
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.lanes import load, store
-from predprey_env.policies.chance import advance, pick
+from predprey_env.policies.chance import next_state, pick
 from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_team
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
@@ -66,7 +66,7 @@ def follow(script: Script, agent: int, seen: Any, memory: Any, at: int) -> Any:
     if number == RUN_STRAIGHT:
         return run_straight(seen, n_opponents, memory, at)
     state = load(memory, at)
-    store(memory, at, advance(state))
+    store(memory, at, next_state(state))
     return pick(state, n_actions)
 
 

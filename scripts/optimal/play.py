@@ -98,8 +98,7 @@ def _paths(episodes: list[Episode]) -> Paths:
     trace = np.full((len(episodes), env.max_cycles + 1, env.n_agents, 2), -1, np.int32)
     for row, episode in zip(trace, episodes, strict=True):
         row[: len(episode.cells)] = episode.cells
-    caught = np.array([episode.worlds[-1].alive == 0 for episode in episodes])
-    return Paths.of_trace(trace, env.n_predators, env.size, caught)
+    return Paths.of_trace(trace, env.n_predators, env.size, np.array([episode.caught_at for episode in episodes]))
 
 
 def _exits(episode: Episode, solution: Solution) -> np.ndarray:

@@ -24,10 +24,11 @@ from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.network import Networks
 from predprey_env import EnvConfig, compilation
 from predprey_env.compilation import _DigestCache, named_tuples, source_files
+from predprey_env.engine import team_rows
 from predprey_env.envs.parallel import _advance
 from predprey_env.policies.protocol import choose
 from predprey_env.policies.scripted import Script
-from predprey_env.worlds import Dictated, make_scratch, make_worlds, move_opponents, team_rows
+from predprey_env.worlds import make_scratch, make_worlds, move_opponents
 
 LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
 SOURCES = {
@@ -210,7 +211,7 @@ def test_there_is_something_compiled() -> None:
     assert {"_advance", "_act", "_find_shared", "move_opponents", "place"} <= {f.__name__ for f in ENTRY_POINTS}
 
 
-@pytest.mark.parametrize("player", [Script, Networks, Dictated])
+@pytest.mark.parametrize("player", [Script, Networks])
 @pytest.mark.parametrize("function", ENTRY_POINTS, ids=lambda function: function.__name__)
 def test_nothing_comes_from_a_file_that_does_not_count(function: CPUDispatcher, player: type) -> None:
     """Neither a rule nor a number, which is in the machine code too."""
@@ -227,7 +228,7 @@ def signature(player: Any) -> tuple[types.Type, ...]:
     """The types with which worlds let a player choose."""
     config = EnvConfig()
     rows = team_rows(config, "prey")
-    parts = make_worlds(config, 3, rows), rows, player, config.rules, make_scratch(config, rows)
+    parts = make_worlds(config, 3), rows, player, config.rules, make_scratch(config)
     return tuple(typeof(part) for part in parts)
 
 
@@ -239,11 +240,10 @@ def networks() -> Networks:
     return Team("prey", side, controller, genomes).compiled("prey", EnvConfig(), 16)
 
 
-SCRIPT, TOLD = Script(1, 3, 4, False), Dictated()
+SCRIPT = Script(1, 3, 4, False)
 RULES = {  # for each class of player, the file of its rule and one that it calls
     "script": (SCRIPT, {"scripted.py", "predators.py", "prey.py", "sight.py", "chance.py"}),
     "networks": (networks(), {"network.py", "types.py", "chance.py"}),
-    "told": (TOLD, set()),
 }
 
 
@@ -252,12 +252,20 @@ def test_of_a_generic_function_the_rules_for_the_players_class_count(player: str
     known, own = RULES[player]
     found = names(source_files(move_opponents.py_func, {type(known)}))
     others = set().union(*(files for _, files in RULES.values())) - own
-    assert found >= own | {"worlds.py", "dynamics.py", "observation.py", "torus.py", "config.py", *LANGUAGE}
+    assert found >= own | {
+        "worlds.py",
+        "engine.py",
+        "dynamics.py",
+        "observation.py",
+        "torus.py",
+        "config.py",
+        *LANGUAGE,
+    }
     assert not found & others
 
 
 @pytest.mark.parametrize("player", RULES)
-@pytest.mark.parametrize("name", ["predators.py", "sight.py", "network.py", "worlds.py", "observation.py"])
+@pytest.mark.parametrize("name", ["predators.py", "sight.py", "network.py", "engine.py", "observation.py"])
 def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     monkeypatch: pytest.MonkeyPatch, player: str, name: str
 ) -> None:
@@ -267,14 +275,14 @@ def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     monkeypatch.setattr(compilation, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
     edited = keys._index_key(signature(known), codegen())
-    assert (edited != key) == (name in own or name in ("worlds.py", "observation.py"))
+    assert (edited != key) == (name in own or name in ("engine.py", "observation.py"))
 
 
 def test_players_of_different_classes_have_different_keys() -> None:
     found = _DigestCache(move_opponents.py_func)
     keys = [found._index_key(signature(player), codegen()) for player, _ in RULES.values()]
-    assert len({str(key) for key in keys}) == 3
-    assert len({digest for _, digest in keys}) == 3
+    assert len({str(key) for key in keys}) == 2
+    assert len({digest for _, digest in keys}) == 2
 
 
 # -- named tuples -------------------------------------------------------------------------------------------------

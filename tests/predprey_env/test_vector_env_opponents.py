@@ -48,12 +48,14 @@ def agree(singles: Singles, config: EnvConfig, team: TeamName, many: Any, one: C
 
 def evolved(team: TeamName, controller: str = "split") -> Team:
     shape, side = SMALL.team(team), SideConfig(controller=controller)
-    made = make_controller(side, offset_wiring(side, shape.n_opponents), shape.n_actions)
-    genomes = np.random.default_rng(3).normal(size=(shape.n_agents, *made.shape))
+    made = make_controller(
+        side, offset_wiring(side, shape.n_opponents, shape.n_agents), shape.n_actions, shape.n_agents
+    )
+    genomes = np.random.default_rng(3).normal(size=(shape.n_agents // made.n_together, *made.shape))
     return Team(team, side, made, genomes.astype(np.float32))
 
 
-@pytest.mark.parametrize("controller", ["split", "monolithic"])
+@pytest.mark.parametrize("controller", ["split", "monolithic", "central"])
 @ORDER
 @TEAM
 def test_an_evolved_team_plays_in_compiled_code_as_it_does_when_asked(

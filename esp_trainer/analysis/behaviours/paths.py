@@ -41,42 +41,44 @@ class Paths:
     """Side of the torus, in cells."""
 
     @classmethod
-    def of_trace(cls, trace: np.ndarray, n_predators: int, size: int, captured: np.ndarray | None = None) -> Paths:
-        """Read the paths and capture times from a trace.
-
-        A free prey always moves (section V), so a prey that stands still was caught when it reached its cell. If agents
-        that trade places are caught, this dates a capture one step early. An episode that ends before the last row
-        ended because all prey were caught.
+    def of_trace(cls, cells: np.ndarray, n_predators: int, size: int, caught_at: np.ndarray | None = None) -> Paths:
+        """Make the paths of episodes from the cells of all agents, as :class:`esp_trainer.types.Trace` records them.
 
         Args:
-            trace: Cells in [0, size), int ``(n_episodes, n_rows, n_agents, 2)``, predators first; -1 after the end of
+            cells: Cells in [0, size), int ``(n_episodes, n_rows, n_agents, 2)``, predators first; -1 after the end of
                 an episode.
             n_predators: Number of predators.
             size: Side of the torus, in cells.
-            captured: Prey caught by the end, bool ``(n_episodes, n_prey)``, which decides about captures at the last
-                row. Without it, a prey counts as caught there if a predator is in its cell. This misses prey that ran
-                into a predator that then moved on (``move_order="prey_first"``).
+            caught_at: Step in which each prey was caught, counted from 1, or 0 if it was not: int ``(n_episodes,
+                n_prey)``. Without it, it is inferred from the cells of moves at once: a free prey always moves (section
+                V), so one that stands still is caught; at the last row one is caught if a predator is in its cell or
+                if the episode ended early.
 
         Raises:
             ValueError: Shapes or cells do not fit, or an agent moves by more than one cell in a step.
         """
-        trace = np.asarray(trace)
-        if trace.ndim != 4 or trace.shape[3] != 2 or not 0 < n_predators < trace.shape[2] or not trace.shape[1]:
+        cells = np.asarray(cells)
+        if cells.ndim != 4 or cells.shape[3] != 2 or not 0 < n_predators < cells.shape[2] or not cells.shape[1]:
             raise ValueError(
-                f"trace must have shape (episodes, rows, agents, 2) with more than {n_predators} agents, "
-                f"got {trace.shape}"
+                f"cells must have shape (episodes, rows, agents, 2) with more than {n_predators} agents, "
+                f"got {cells.shape}"
             )
-        valid = trace[:, :, 0, 0] >= 0
+        valid = cells[:, :, 0, 0] >= 0
         lengths = valid.sum(axis=1) - 1
-        inside = np.where(_until(lengths, trace.shape[1])[..., None, None], (trace >= 0) & (trace < size), trace == -1)
+        inside = np.where(_until(lengths, cells.shape[1])[..., None, None], (cells >= 0) & (cells < size), cells == -1)
         if not inside.all() or (lengths < 0).any():
-            raise ValueError(f"trace must hold cells in [0, {size}) and, after the end of an episode, -1 alone")
-        steps = minimal_image(np.diff(trace, axis=1), size) * valid[:, 1:, None, None]
+            raise ValueError(f"cells must hold cells in [0, {size}) and, after the end of an episode, -1 alone")
+        steps = minimal_image(np.diff(cells, axis=1), size) * valid[:, 1:, None, None]
         if (np.abs(steps).sum(axis=-1) > 1).any():
             raise ValueError(f"agents must move at most one cell a step, got {np.abs(steps).sum(axis=-1).max()}")
-        cells = np.concatenate([trace[:, :1], trace[:, :1] + np.cumsum(steps, axis=1)], axis=1).astype(np.int32)
-        predators, prey = cells[:, :, :n_predators], cells[:, :, n_predators:]
-        times = _capture_times(predators, prey, lengths, size, captured)
+        path = np.concatenate([cells[:, :1], cells[:, :1] + np.cumsum(steps, axis=1)], axis=1).astype(np.int32)
+        predators, prey = path[:, :, :n_predators], path[:, :, n_predators:]
+        if caught_at is None:
+            times = _inferred(predators, prey, lengths, size)
+        elif caught_at.shape != (len(prey), prey.shape[2]):
+            raise ValueError(f"caught_at must have shape {(len(prey), prey.shape[2])}, got {caught_at.shape}")
+        else:
+            times = np.where(caught_at > 0, caught_at, prey.shape[1])
         return cls(predators, prey, lengths, times, size)
 
     @property
@@ -142,17 +144,13 @@ def _until(last: np.ndarray, n_rows: int) -> np.ndarray:
     return np.asarray(np.arange(n_rows) <= last[:, None])
 
 
-def _capture_times(
-    predators: np.ndarray, prey: np.ndarray, lengths: np.ndarray, size: int, captured: np.ndarray | None
-) -> np.ndarray:
-    n_episodes, n_rows, n_prey = prey.shape[:3]
-    if captured is not None and captured.shape != (n_episodes, n_prey):
-        raise ValueError(f"captured must have shape {(n_episodes, n_prey)}, got {captured.shape}")
+def _inferred(predators: np.ndarray, prey: np.ndarray, lengths: np.ndarray, size: int) -> np.ndarray:
+    """Return capture times that follow from the paths alone."""
+    n_episodes, n_rows = prey.shape[:2]
     moved = (np.diff(prey, axis=1) != 0).any(axis=3)
     stood = ~moved & (np.arange(n_rows - 1) < lengths[:, None])[:, :, None]
     times = np.where(stood.any(axis=1), np.argmax(stood, axis=1), n_rows)
-    if captured is None:
-        last = np.arange(n_episodes), lengths
-        met = minimal_image(predators[last][:, :, None] - prey[last][:, None], size) == 0
-        captured = met.all(axis=3).any(axis=1) | (lengths < n_rows - 1)[:, None]
+    last = np.arange(n_episodes), lengths
+    met = minimal_image(predators[last][:, :, None] - prey[last][:, None], size) == 0
+    captured = met.all(axis=3).any(axis=1) | (lengths < n_rows - 1)[:, None]
     return np.where((times == n_rows) & captured, lengths[:, None], times)

@@ -11,36 +11,32 @@ class Game {
 
   // Play two teams from a start, [[x, y], ...] with the predators first.
   match(predators, prey, start) {
-    const { rules, agents } = this, memory = this.#begin(predators, prey, start);
-    const cells = [start.map((cell) => [...cell])], actions = [], caughtAt = Array(rules.n_prey).fill(Infinity);
-    while (!is_over(memory.world, memory.clock[0], rules)) {
-      move(memory, predators, prey, rules);
-      cells.push(Array.from({ length: agents }, (_, i) => [memory.world.x[i], memory.world.y[i]]));
-      actions.push([...memory.actions]);
-      memory.world.alive.forEach((alive, j) => { if (!alive && caughtAt[j] === Infinity) caughtAt[j] = actions.length; });
+    const { rules, agents } = this, block = this.#begin(start), entrants = [predators, prey].map(entrant);
+    const seen = new Float32Array(2 * rules.n_predators * rules.n_prey);
+    const cells = [start.map((cell) => [...cell])], actions = [];
+    while (!is_over(block.world, block.clock[0], rules)) {
+      play_step(block, ...entrants, rules, seen);
+      cells.push(Array.from({ length: agents }, (_, i) => [block.world.x[i], block.world.y[i]]));
+      actions.push([...block.actions]);
     }
+    const caughtAt = Array.from(block.survived, (steps, j) => block.world.alive[j] ? Infinity : steps + 1);
     return { start, cells, actions, caughtAt, length: actions.length, predators, prey };
   }
 
-  #begin(predators, prey, start) {
-    const { rules, agents, kept } = this, cells = Object.assign([...start], { shape: [agents, 2] });
-    const seed = seed_of(cells), largest = (of) => Math.max(of(predators.controller), of(prey.controller));
-    const memory = {
+  #begin(start) {
+    const { rules, agents, kept } = this, seed = seed_of(Object.assign([...start], { shape: [agents, 2] }));
+    const block = {
       world: worldAt(start, rules),
       clock: new Int32Array(1),
+      survived: new Int32Array(rules.n_prey),
       actions: new Int32Array(agents),
-      kept: new Int32Array(agents * kept),
-      predator_weights: predators.weights,
-      prey_weights: prey.weights,
-      seen: new Float32Array(2 * rules.n_predators * rules.n_prey),
-      inputs: new Float32Array(largest((controller) => Math.max(...controller.fan_in)) + 1),
-      votes: new Float32Array(largest((controller) => controller.n_votes)),
+      memory: new Int32Array(agents * kept),
     };
     for (let agent = 0; agent < agents; agent++) {
       const hunted = agent >= rules.n_predators, number = agent - (hunted ? rules.n_predators : 0);
-      for (let row = 0; row < kept; row++) memory.kept[agent * kept + row] = first_memory(seed, hunted, number, row);
+      for (let row = 0; row < kept; row++) block.memory[agent * kept + row] = first_memory(seed, hunted, number, row);
     }
-    return memory;
+    return block;
   }
 
   // Return inputs and outputs of an agent's networks at a step of a match, [{ inputs, outputs }, ...], and the sum of
@@ -86,6 +82,12 @@ class Game {
     }
     return seen;
   }
+}
+
+// Return a team as the player of the translated rules.
+function entrant({ script, controller, weights }) {
+  const inputs = new Float32Array(Math.max(...controller.fan_in) + 1), votes = new Float32Array(controller.n_votes);
+  return { script, networks: { controller, weights, inputs, votes } };
 }
 
 function worldAt(cells, rules) {

@@ -18,7 +18,7 @@ from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
-from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, Trace, TrialBatch, TrialResult
 from predprey_env import EnvConfig
 
 if TYPE_CHECKING:
@@ -35,8 +35,9 @@ def of_trials(batch: TrialBatch, trials: Any) -> TrialBatch:
     return TrialBatch(chosen(batch.predators), chosen(batch.prey), batch.starts[trials])
 
 
-def as_bytes(result: TrialResult) -> tuple[bytes, bytes, bytes]:
-    return result.fitness.tobytes(), result.captured.tobytes(), result.steps.tobytes()
+def as_bytes(result: TrialResult | Trace) -> list[bytes]:
+    arrays = result if isinstance(result, tuple) else vars(result).values()
+    return [array.tobytes() for array in arrays]
 
 
 def who_always_choose(action: int, n_actions: int, n_agents: int) -> EvolvedTeams:
@@ -63,7 +64,7 @@ def test_a_prey_that_runs_into_an_idle_predator_ends_the_episode():
     assert result.captured.tolist() == [[[True], [False]]]
     # Free, the prey ends at (8, 0): distances 5 + 1 and 1 + 5 of at most 10, so d = 1 - 6 / 10, and 20 d / 1 = 8.
     np.testing.assert_allclose(result.fitness, [[[25, 25, 12.5 * 3 / 8], [8, 8, 25]]], atol=1e-12)
-    trace = evaluator.trace(batch)
+    trace = evaluator.play(batch)[1].cells
     assert trace.shape == (1, 2, 9, 3, 2)
     assert trace[0, 0, :4, 2].tolist() == [[0, 0], [1, 0], [2, 0], [3, 0]]
     assert (trace[0, 0, 4:] == -1).all()
@@ -128,12 +129,12 @@ def test_results_and_traces_do_not_depend_on_how_large_parts_may_be(
     for threads in (1, 2):
         again, trace_again = FusedEvaluator(ENV, threads).play(batch)
         assert as_bytes(again) == as_bytes(result)
-        assert trace_again.tobytes() == trace.tobytes()
+        assert as_bytes(trace_again) == as_bytes(trace)
 
 
 def test_traces_do_not_depend_on_the_number_of_threads(random_batch: Callable[..., TrialBatch]):
     batch = random_batch(CONFIG, 90, 2)
-    traces = [FusedEvaluator(ENV, threads).trace(batch).tobytes() for threads in (1, 2, 7)]
+    traces = [as_bytes(FusedEvaluator(ENV, threads).play(batch)[1]) for threads in (1, 2, 7)]
     assert traces[0] == traces[1] == traces[2]
 
 
@@ -169,9 +170,12 @@ def test_playing_again_gives_the_same(random_batch: Callable[..., TrialBatch]):
 def test_tracing_does_not_change_the_game(random_batch: Callable[..., TrialBatch]):
     batch = random_batch(CONFIG, 40, 2)
     evaluator = FusedEvaluator(ENV)
-    result, trace = evaluator.evaluate(batch), evaluator.trace(batch)
-    assert np.array_equal((trace[..., 0, 0] >= 0).sum(axis=-1) - 1, result.steps)
-    assert np.array_equal(trace[:, :, 0], batch.starts)
+    result, (cells, actions, caught_at) = evaluator.play(batch)
+    assert as_bytes(result) == as_bytes(evaluator.evaluate(batch))
+    assert np.array_equal((cells[..., 0, 0] >= 0).sum(axis=-1) - 1, result.steps)
+    assert np.array_equal(cells[:, :, 0], batch.starts)
+    assert np.array_equal((actions[..., 0] >= 0).sum(axis=-1), result.steps)
+    assert np.array_equal(caught_at > 0, result.captured)
 
 
 def test_a_batch_is_left_as_it_is(random_batch: Callable[..., TrialBatch]):

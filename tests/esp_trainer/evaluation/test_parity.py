@@ -96,9 +96,13 @@ VARIANTS = {
 }
 
 
-def walk(env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray, seed: int) -> np.ndarray:
-    """Everybody's cells at the start and after every time step, ``(steps + 1, n_agents, 2)``, read from the state."""
-    n = env.config.n_agents
+def walk(
+    env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray, seed: int
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Everybody's cells at the start and after every time step, ``(steps + 1, n_agents, 2)``, and free prey then, both
+    read from the state; and the actions of each step.
+    """
+    n, n_prey = env.config.n_agents, env.config.n_prey
     calls_a_step = 2 if env.config.move_order == "prey_first" else 1
 
     def cells() -> np.ndarray:
@@ -107,14 +111,22 @@ def walk(env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray, s
     observations, infos = env.reset(options={"starts": start})
     predators.reset(seed)
     prey.reset(seed)
-    path, calls = [cells()], 0
+    path, caught_at, actions, calls = [cells()], [0] * n_prey, [], 0
     while env.agents:
         views = {agent: seen for agent, seen in observations.items() if infos[agent]["in_turn"]}
-        observations, *_, infos = env.step(predators.act(views) | prey.act(views))
+        chosen = predators.act(views) | prey.act(views)
+        observations, *_, infos = env.step(chosen)
+        actions.append(chosen)
         calls += 1
+        free = env.state()[2 * n : -1]
+        caught_at = [
+            at or (0 if alive else -(-calls // calls_a_step)) for at, alive in zip(caught_at, free, strict=True)
+        ]
         if calls % calls_a_step == 0:
             path.append(cells())
-    return np.array(path)
+    turns = [actions[at : at + calls_a_step] for at in range(0, calls, calls_a_step)]
+    taken = [[part[agent] for agent in env.possible_agents for part in turn if agent in part] for turn in turns]
+    return np.array(path), taken, caught_at
 
 
 def policy(role: Role, teams: Teams, trial: int, config: EnvConfig) -> Policy:
@@ -130,15 +142,19 @@ def assert_same_results(fused: TrialResult, reference: TrialResult) -> None:
 
 
 def assert_same_walks(config: EnvConfig, batch: TrialBatch) -> None:
-    trace = FusedEvaluator(config, threads=1).trace(batch)
+    cells, actions, caught_at = FusedEvaluator(config, threads=1).play(batch)[1]
     env = PredPreyEnv(config)
     for trial in range(len(batch.starts)):
         predators = policy("predators", batch.predators, trial, config)
         prey = policy("prey", batch.prey, trial, config)
         for episode, start in enumerate(batch.starts[trial]):
-            path = walk(env, predators, prey, start, seed=seed_of(start))
-            assert np.array_equal(trace[trial, episode, : len(path)], path)
-            assert (trace[trial, episode, len(path) :] == -1).all()
+            path, taken, caught = walk(env, predators, prey, start, seed=seed_of(start))
+            assert np.array_equal(cells[trial, episode, : len(path)], path)
+            assert (cells[trial, episode, len(path) :] == -1).all()
+            assert caught_at[trial, episode].tolist() == caught
+            for step, chosen in enumerate(taken):
+                assert actions[trial, episode, step, : len(chosen)].tolist() == chosen
+            assert (actions[trial, episode, len(taken) :] == -1).all()
 
 
 def assert_parity(config: EnvConfig, batch: TrialBatch) -> TrialResult:

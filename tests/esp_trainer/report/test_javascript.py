@@ -81,9 +81,9 @@ def test_all_that_rules_are_made_of() -> None:
 
 
 def test_products_of_large_integers_keep_their_low_bits() -> None:
-    assert "((Math.imul(state, 1664525) + 1013904223) & 2147483647)" in translate(chance.advance)
+    assert "((Math.imul(state, 1664525) + 1013904223) & 2147483647)" in translate(chance.next_state)
     assert "Math.floor(2147483648 / n)" in translate(chance.pick)
-    assert "Math.fround(as_float(state) * 4.656612873077393e-10)" in translate(chance.share)
+    assert "Math.fround(as_float(state) * 4.656612873077393e-10)" in translate(chance.unit_float)
 
 
 def test_each_rule_is_translated_once() -> None:

@@ -85,7 +85,8 @@ def played_here(history: History, generation: int, starts: np.ndarray) -> tuple[
     prey = history.player("prey", generation).as_teams(len(starts))
     result, trace = FusedEvaluator(env).play(TrialBatch(predators, prey, starts))
     captured = result.captured[:, 0]
-    return trace[:, 0], Paths.of_trace(trace[:, 0], env.n_predators, env.size, captured), captured
+    paths = Paths.of_trace(trace.cells[:, 0], env.n_predators, env.size, trace.caught_at[:, 0])
+    return trace.cells[:, 0], paths, captured
 
 
 @pytest.mark.slow
@@ -158,8 +159,8 @@ def test_every_behaviour_is_marked_alike_where_it_is_seen(blank_tab: Any) -> Non
         starts = np.stack([draw_starts(seeding.np_random(seed)[0], 1, env) for seed in range(48)])
         players = [ScriptedTeams(name) if name in NUMBERS else load_team(name) for name in names]
         batch = TrialBatch(*(player.as_teams(len(starts)) for player in players), starts)
-        result, trace = evaluator.play(batch)
-        paths = Paths.of_trace(trace[:, 0], env.n_predators, env.size, result.captured[:, 0])
+        _, trace = evaluator.play(batch)
+        paths = Paths.of_trace(trace.cells[:, 0], env.n_predators, env.size, trace.caught_at[:, 0])
         both = {role: given(role, player, env) for role, player in zip(ROLES, players, strict=True)}
         found = blank_tab(PLAY, [matches.world(env), both, starts[:, 0].tolist(), 1])
         assert_same_marks(found, paths)

@@ -10,7 +10,7 @@ from numba import njit
 
 from predprey_env.compilation import entry_point
 from predprey_env.lanes import LANES, lane_zeros, load, store
-from predprey_env.policies.chance import advance, pick, scramble
+from predprey_env.policies.chance import next_state, pick, scramble
 
 TOP = 2**31
 SEEDS = [0, 1, 2, 7, 2**15, 2**30, TOP - 1, *np.random.default_rng(0).integers(0, TOP, 50).tolist()]
@@ -22,7 +22,7 @@ def _walk(states: Any, n_actions: int, actions: Any) -> None:
     for i in range(len(actions)):
         state = load(states, 0)
         store(actions, i, pick(state, n_actions))
-        store(states, 0, advance(state))
+        store(states, 0, next_state(state))
 
 
 def scrambled(seeds: list[int], agent: int) -> np.ndarray:
@@ -74,14 +74,14 @@ def test_neighbouring_seeds_and_agents_share_no_pattern() -> None:
     ],
 )
 def test_a_state_advances_as_a_linear_congruential_generator_does(state: int, after: int) -> None:
-    assert advance(state) == after
+    assert next_state(state) == after
 
 
 def test_a_walk_does_not_come_round_soon() -> None:
     state, seen = scramble(0, 0), set()
     for _ in range(100_000):
         seen.add(state)
-        state = advance(state)
+        state = next_state(state)
     assert len(seen) == 100_000
 
 
@@ -125,7 +125,7 @@ def test_each_lane_walks_as_a_number_does(n_actions: int) -> None:
 def test_a_number_of_32_bits_advances_as_one_of_64_does() -> None:
     @njit
     def advanced(states: Any) -> Any:
-        return advance(states[0])
+        return next_state(states[0])
 
     for state in (0, 1, 2**30, TOP - 1):
-        assert advanced(np.array([state], np.int32)) == advanced(np.array([state], np.int64)) == advance(state)
+        assert advanced(np.array([state], np.int32)) == advanced(np.array([state], np.int64)) == next_state(state)

@@ -16,7 +16,7 @@ from predprey_env.lanes import LANES, lane_zeros, store
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 from predprey_env.policies.chance import scramble
 from predprey_env.policies.protocol import MEMORY, choose
-from predprey_env.worlds import Dictated
+from predprey_env.policies.scripted import Script
 
 N_STEPS = 60
 MOVES = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (0, 0)])
@@ -53,14 +53,6 @@ def test_an_unknown_player_is_refused_in_python(player: Any) -> None:
 def test_an_unknown_player_is_refused_in_compiled_code(player: Any) -> None:
     with pytest.raises(TypingError, match="choose"):
         _choose(player, 0, np.ones(2, np.float32), new_memory(0, 0), 0, np.zeros(1, np.int32))
-
-
-def test_a_player_that_is_told_what_to_do_does_it() -> None:
-    memory = np.array([7, 8, 9, 3, 2], np.int32)
-    assert choose(Dictated(), 0, np.zeros(2, np.float32), memory, 3) == 3
-    action = np.zeros(1, np.int32)
-    _choose(Dictated(), 0, np.zeros(2, np.float32), memory, 4, action)
-    assert action.tolist() == [2]
 
 
 # -- scripts ------------------------------------------------------------------------------------------------------
@@ -177,8 +169,8 @@ def test_the_class_of_player_is_not_forgotten(first: Any, got: str | None) -> No
 
 
 def test_a_kind_of_a_player_has_no_rule_in_python_as_in_compiled_code() -> None:
-    class Kind(Dictated):
+    class Kind(Script):
         pass
 
     with pytest.raises(TypeError, match=r"^player must be of a class that choose\(\) knows, got Kind$"):
-        choose(Kind(), 0, np.zeros(2, np.float32), np.ones(4, np.int32), 0)
+        choose(Kind(1, 3, 4), 0, np.zeros(2, np.float32), np.ones(4, np.int32), 0)

@@ -9,7 +9,7 @@ import pytest
 
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.chance import advance, pick
+from predprey_env.policies.chance import next_state, pick
 from predprey_env.policies.names import PREFIXES
 from predprey_env.policies.protocol import first_memory
 
@@ -49,7 +49,7 @@ def test_a_walk_is_that_of_its_generator() -> None:
         state = first_memory(77, False, agent, 0)
         for step in range(3):
             assert steps[step, agent] == pick(state, 5)
-            state = advance(state)
+            state = next_state(state)
 
 
 @pytest.mark.parametrize(("team", "n_actions"), [("predators", 5), ("predators", 4), ("prey", 4)])

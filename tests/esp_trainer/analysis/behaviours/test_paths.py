@@ -62,11 +62,11 @@ def test_in_the_last_row_a_predator_in_its_cell_tells(moves: str, time: int, sce
     assert scene([((44, 50), moves)], [((50, 50), "WWW")]).paths().capture_times.tolist() == [[time]]
 
 
-def test_captured_tells_more_than_the_predators_cell(scene: Any):
+def test_a_recorded_capture_tells_more_than_the_predators_cell(scene: Any):
     """In turns a prey can run into a predator that then moves on."""
     trace = scene([((46, 50), "..N")], [((49, 50), "WWW")]).trace()
     assert Paths.of_trace(trace, 3, 100).capture_times.tolist() == [[4]]
-    assert Paths.of_trace(trace, 3, 100, np.array([[True]])).capture_times.tolist() == [[3]]
+    assert Paths.of_trace(trace, 3, 100, np.array([[3]])).capture_times.tolist() == [[3]]
 
 
 def test_an_episode_that_ends_early_ended_as_all_were_caught(scene: Any):
@@ -90,8 +90,8 @@ def test_rows_with_enough_before_and_after(scene: Any):
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda trace: trace[0], "trace must have shape"),
-        (lambda trace: trace[:, :, :3], "trace must have shape"),
+        (lambda trace: trace[0], "cells must have shape"),
+        (lambda trace: trace[:, :, :3], "cells must have shape"),
         (lambda trace: trace + 100, "must hold cells in"),
         (lambda trace: np.where(np.arange(5)[:, None, None] == 2, -1, trace), "must hold cells in"),
         (lambda trace: np.full_like(trace, -1), "must hold cells in"),
@@ -103,6 +103,6 @@ def test_what_is_no_trace_is_refused(spoil: Callable[[np.ndarray], np.ndarray], 
         Paths.of_trace(spoil(scene([FAR], [((50, 50), "NNNN")]).trace()), 3, 100)
 
 
-def test_captured_of_another_shape_is_refused(scene: Any):
-    with pytest.raises(ValueError, match=r"captured must have shape \(1, 1\), got \(1, 2\)"):
-        Paths.of_trace(scene([], [((50, 50), "N")]).trace(), 3, 100, np.zeros((1, 2), bool))
+def test_captures_of_another_shape_are_refused(scene: Any):
+    with pytest.raises(ValueError, match=r"caught_at must have shape \(1, 1\), got \(1, 2\)"):
+        Paths.of_trace(scene([], [((50, 50), "N")]).trace(), 3, 100, np.zeros((1, 2), int))

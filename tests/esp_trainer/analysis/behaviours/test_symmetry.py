@@ -97,8 +97,8 @@ def test_a_third_prey_that_is_elsewhere_changes_nothing(name: str, place: int, p
     elsewhere = np.stack([[50 + row % 2, 80] for row in range(len(trace))])[:, None]
     elsewhere[(trace < 0).all(axis=(1, 2))] = -1
     three = np.concatenate([trace[:, : 3 + place], elsewhere, trace[:, 3 + place :]], axis=1)
-    captured = np.insert(np.full((1, 2), name == "simultaneous capture"), place, False, axis=1)
-    paths = Paths.of_trace(three[None], 3, 100, captured)
+    at = Paths.of_trace(trace[None], 3, 100).capture_times if name == "simultaneous capture" else np.zeros((1, 2), int)
+    paths = Paths.of_trace(three[None], 3, 100, np.insert(at, place, 0, axis=1))
     assert BEHAVIOURS[name](paths).tolist() == [1.0]
 
 

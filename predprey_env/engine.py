@@ -1,0 +1,155 @@
+"""The block engine: sixteen worlds side by side, in which any two compiled players meet.
+
+An episode is :func:`begin`, then :func:`play_step` until :func:`predprey_env.dynamics.is_over`, then :func:`measure`.
+Where a team is played from outside compiled code, its actions are written to the block, and :func:`choose_actions` and
+:func:`advance` play the others. The vector environment, the trainer's evaluator and the page of ``esp-trainer report``
+are loops over these functions; equal starts and equal actions lead to equal episodes, to the bit.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from predprey_env.compilation import rule
+from predprey_env.config import EnvConfig, Rules, TeamName
+from predprey_env.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
+from predprey_env.fitness import fitness
+from predprey_env.lanes import lane_zeros, load, store
+from predprey_env.observation import observe
+from predprey_env.policies.protocol import MEMORY, choose, first_memory, sees_team
+
+
+class TeamRows(NamedTuple):
+    """Rows of a world that belong to one team."""
+
+    first: int
+    n_agents: int
+
+
+class Block(NamedTuple):
+    """State of sixteen worlds: int32 arrays ``(rows, LANES)``."""
+
+    world: World
+    clock: Any
+    """Number of time steps played: one row."""
+    survived: Any
+    """Number of time steps that each prey survived: a caught prey was caught in the step after these."""
+    actions: Any
+    """Last action of each agent."""
+    memory: Any
+    """Memory of the players: ``MEMORY`` rows for each agent."""
+
+
+def team_rows(config: EnvConfig, name: TeamName) -> TeamRows:
+    """Return the rows of a team's agents."""
+    return TeamRows(0 if name == "predators" else config.n_predators, config.team(name).n_agents)
+
+
+def make_block(rules: Rules, *shape: int) -> Block:
+    """Return the memory of a block, or of as many blocks as a leading ``shape`` has room for."""
+    n_prey, n_agents = rules.n_prey, rules.n_predators + rules.n_prey
+    x, y, alive, clock, survived, actions, memory = (
+        lane_zeros(np.int32, *shape, rows)
+        for rows in (n_agents, n_agents, n_prey, 1, n_prey, n_agents, n_agents * MEMORY)
+    )
+    return Block(World(x, y, alive), clock, survived, actions, memory)
+
+
+def make_seen(rules: Rules) -> np.ndarray:
+    """Return scratch for the observations of a whole team, float32 ``(rows, LANES)``."""
+    return lane_zeros(np.float32, 2 * rules.n_predators * rules.n_prey)
+
+
+def make_world(rules: Rules) -> World:
+    """Return the memory of a single world, in which :func:`measure` computes the fitness."""
+    n_agents = rules.n_predators + rules.n_prey
+    return World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.zeros(rules.n_prey, np.int32))
+
+
+@rule
+def begin(block: Block, lane: int, start: Any, seed: int) -> None:
+    """Start an episode in one world from cells, int32 ``(n_agents, 2)``; random choices follow from ``seed``."""
+    for agent in range(start.shape[0]):
+        block.world.x[agent, lane] = start[agent, 0]
+        block.world.y[agent, lane] = start[agent, 1]
+    for prey in range(len(block.world.alive)):
+        block.world.alive[prey, lane] = 1
+        block.survived[prey, lane] = 0
+    block.clock[0, lane] = 0
+    reset_memory(block, lane, seed)
+
+
+@rule
+def reset_memory(block: Block, lane: int, seed: int) -> None:
+    """Reset the players' memory in one world to its state at the start of an episode."""
+    n_predators = len(block.world.x) - len(block.world.alive)
+    for agent in range(len(block.world.x)):
+        prey = agent >= n_predators
+        number = agent - n_predators * prey
+        for row in range(MEMORY):
+            block.memory[agent * MEMORY + row, lane] = first_memory(seed, prey, number, row)
+
+
+@rule
+def choose_actions(block: Block, first: int, n_agents: int, player: Any, rules: Rules, seen: Any) -> None:
+    """Let every agent of a team, whose rows begin at ``first``, observe and choose its action."""
+    together = sees_team(player)  # such a player needs the observations of all agents before the first action
+    if together:
+        row = 0
+        for agent in range(n_agents):
+            row = observe(block.world, first + agent, rules, seen, row)
+    for agent in range(n_agents):
+        if not together:
+            observe(block.world, first + agent, rules, seen, 0)
+        action = choose(player, agent, seen, block.memory, (first + agent) * MEMORY)
+        store(block.actions, first + agent, action)
+
+
+@rule
+def advance(block: Block, turn: int, rules: Rules) -> None:
+    """Play the actions of those that move in a turn of :mod:`predprey_env.dynamics`; the prey's turn ends no step."""
+    take_turn(block.world, block.actions, turn, rules)
+    if turn != PREY:
+        store(block.clock, 0, load(block.clock, 0) + 1)
+        for prey in range(rules.n_prey):
+            store(block.survived, prey, load(block.survived, prey) + load(block.world.alive, prey))
+
+
+@rule
+def play_step(block: Block, predators: Any, prey: Any, rules: Rules, seen: Any) -> None:
+    """Play one time step: all choose in the same state, or the prey move before the predators observe."""
+    choose_actions(block, rules.n_predators, rules.n_prey, prey, rules, seen)
+    if rules.prey_first:
+        advance(block, PREY, rules)
+    choose_actions(block, 0, rules.n_predators, predators, rules, seen)
+    advance(block, PREDATORS if rules.prey_first else EVERYBODY, rules)
+
+
+@rule
+def measure(block: Block, lane: int, rules: Rules, one: World, out: Any) -> None:
+    """Write every agent's fitness in one world, as if the episode ended now, to ``out``, float64 ``(n_agents,)``.
+
+    The world is copied to ``one``, a single world, on the way.
+    """
+    for agent in range(len(one.x)):
+        one.x[agent] = block.world.x[agent, lane]
+        one.y[agent] = block.world.y[agent, lane]
+    for prey in range(len(one.alive)):
+        one.alive[prey] = block.world.alive[prey, lane]
+    fitness(one, block.clock[0, lane], rules, out)
+
+
+@rule
+def caught_at(block: Block, lane: int, prey: int) -> int:
+    """Return the step in which a prey was caught in one world, counted from 1, or 0 if it is free."""
+    return 0 if block.world.alive[prey, lane] != 0 else block.survived[prey, lane] + 1
+
+
+@rule
+def cells(block: Block, lane: int, out: Any) -> None:
+    """Write every agent's cell in one world to ``out``, int32 ``(n_agents, 2)``."""
+    for agent in range(len(block.world.x)):
+        out[agent, 0] = block.world.x[agent, lane]
+        out[agent, 1] = block.world.y[agent, lane]
