@@ -1,9 +1,10 @@
 """The block engine: sixteen worlds side by side, in which any two compiled players meet.
 
-An episode is :func:`begin`, then :func:`play_step` until :func:`predprey_env.dynamics.is_over`, then :func:`measure`.
-Where a team is played from outside compiled code, its actions are written to the block, and :func:`choose_actions` and
-:func:`advance` play the others. The vector environment, the trainer's evaluator and the page of ``esp-trainer report``
-are loops over these functions; equal starts and equal actions lead to equal episodes, to the bit.
+An episode is :func:`begin`, then :func:`play_step` until :func:`~predprey_env.rules.dynamics.is_over`, then
+:func:`measure`. Where a team is played from outside compiled code, its actions are written to the block, and
+:func:`choose_actions` and :func:`advance` play the others. The vector environment, the trainer's evaluator and the page
+of ``esp-trainer report`` are loops over these functions; equal starts and equal actions lead to equal episodes, to the
+bit.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.compilation import rule
 from predprey_env.config import EnvConfig, Rules, TeamName
-from predprey_env.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
-from predprey_env.fitness import fitness
-from predprey_env.lanes import lane_zeros, load, store
-from predprey_env.observation import observe
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.lanes import lane_zeros, load, store
 from predprey_env.policies.protocol import MEMORY, choose, first_memory, sees_team
+from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
+from predprey_env.rules.fitness import fitness
+from predprey_env.rules.observation import observe
 
 
 class TeamRows(NamedTuple):
@@ -109,7 +110,10 @@ def choose_actions(block: Block, first: int, n_agents: int, player: Any, rules: 
 
 @rule
 def advance(block: Block, turn: int, rules: Rules) -> None:
-    """Play the actions of those that move in a turn of :mod:`predprey_env.dynamics`; the prey's turn ends no step."""
+    """Play the actions of those that move in a turn (see :mod:`predprey_env.rules.dynamics`).
+
+    The prey's turn does not end the step.
+    """
     take_turn(block.world, block.actions, turn, rules)
     if turn != PREY:
         store(block.clock, 0, load(block.clock, 0) + 1)

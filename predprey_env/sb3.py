@@ -10,12 +10,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
-from predprey_env.actions import brief
 from predprey_env.envs.fixed import read_only
+from predprey_env.envs.options import read_options
 from predprey_env.envs.vector import PredPreyVectorEnv
-from predprey_env.options import read_options
 from predprey_env.policies.opponents import Opponent
 from predprey_env.policies.protocol import Policy
+from predprey_env.settings import brief
 
 
 class SB3VecEnv(VecEnv):

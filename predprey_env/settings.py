@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from predprey_env.actions import brief
-
 Self = TypeVar("Self", bound="Settings")
 
 _BOUNDS = {
@@ -19,6 +17,8 @@ _BOUNDS = {
     "less_than_equal": ("at most", "le"),
     "less_than": ("less than", "lt"),
 }
+
+_LONGEST = 100  # letters of a value in an error message
 
 
 class Settings(BaseModel):
@@ -135,3 +135,9 @@ def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
         else:
             names.append(prefix + name)
     return names
+
+
+def brief(value: Any) -> str:
+    """Return a value's ``repr`` for an error message: on one line and at most about 100 characters long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

@@ -27,7 +27,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.teams.zoo import ZooTeam, known_teams, load_team
 from esp_trainer.types import TrialBatch
 from predprey_env import EnvConfig
-from predprey_env.starts import draw_starts
+from predprey_env.rules.starts import draw_starts
 
 SHOWN = {"herding": "3v2", "scattering": "3v2", "baiting": "3v1", "sidestepping": "3v1", "role switch": "3v1"}
 """The behaviours that the paper names, and the task that it saw them in."""

@@ -36,8 +36,8 @@ from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import HELD_OUT as HELD_OUT_PREFIX
 from esp_trainer.teams.zoo import PLACE
 from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
-from predprey_env.policies.names import other_team
 
 PRESETS = ("paper", "modern", "drawn")
 SEEDS = (500, 501, 502)

@@ -41,12 +41,12 @@ PAGE = ROOT / "docs" / "reliability" / "mutation.md"
 
 # Each module, and the files in tests that are meant to hold it.
 MODULES = {
-    "predprey_env/torus.py": "predprey_env/test_torus",
-    "predprey_env/dynamics.py": "predprey_env/test_dynamics predprey_env/test_parallel_env "
+    "predprey_env/rules/torus.py": "predprey_env/test_torus",
+    "predprey_env/rules/dynamics.py": "predprey_env/test_dynamics predprey_env/test_parallel_env "
     "predprey_env/test_parallel_env_turns predprey_env/test_invariants",
-    "predprey_env/fitness.py": "predprey_env/test_fitness predprey_env/test_parallel_env_rewards",
-    "predprey_env/observation.py": "predprey_env/test_observation predprey_env/test_parallel_env",
-    "predprey_env/starts.py": "predprey_env/test_dynamics predprey_env/test_parallel_env_randomness "
+    "predprey_env/rules/fitness.py": "predprey_env/test_fitness predprey_env/test_parallel_env_rewards",
+    "predprey_env/rules/observation.py": "predprey_env/test_observation predprey_env/test_parallel_env",
+    "predprey_env/rules/starts.py": "predprey_env/test_dynamics predprey_env/test_parallel_env_randomness "
     "predprey_env/test_parallel_env_errors esp_trainer/evaluation/test_starts predprey_env/test_vector_env "
     "predprey_env/test_vector_env_parity",
     "esp_trainer/esp/operators.py": "esp_trainer/esp/test_operators",

@@ -35,7 +35,7 @@ from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
 from predprey_env import EnvConfig, vector_env
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 INPUT_SCALE = 0.2
 """Factor on the offsets, in 1/cells: a step beside an opponent must show."""

@@ -28,7 +28,22 @@ RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
 SEES_THE_WORLD = {"evaluation", "analysis", "exact", "benchmark", "report", "cli"}
-NOT_THE_WORLD = {"config", "settings", "compilation", "lanes", "floats", "policies"}
+NOT_THE_WORLD = {"config", "settings", "agents", "jit", "policies"}
+
+# Likewise for the environment: each room may import those before it.
+ROOMS = [
+    "settings",
+    "config",
+    "agents",
+    "jit",
+    "rules",
+    "policies",
+    "engine",
+    "rendering",
+    "envs",
+    "predprey_v0",
+    "sb3",
+]
 
 
 def modules(package: str) -> list[Path]:
@@ -54,6 +69,17 @@ def part(module: str) -> str:
 @pytest.mark.parametrize("path", modules("predprey_env"), ids=str)
 def test_the_world_knows_nothing_of_evolution(path: Path) -> None:
     assert not any(name.startswith("esp_trainer") for name in imports(path))
+
+
+@pytest.mark.parametrize("path", modules("predprey_env"), ids=str)
+def test_imports_inside_the_environment_point_one_way(path: Path) -> None:
+    own = path.relative_to(ROOT / "predprey_env").parts[0].removesuffix(".py")
+    if own == "__init__":
+        return
+    assert own in ROOMS, f"{own} has no place among the rooms"
+    for name in imports(path):
+        if name.startswith("predprey_env."):
+            assert ROOMS.index(part(name)) <= ROOMS.index(own), f"{path} imports {name}"
 
 
 @pytest.mark.parametrize("path", modules("esp_trainer"), ids=str)

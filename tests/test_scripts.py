@@ -145,7 +145,7 @@ def test_mutants_are_made_and_killed() -> None:
     done = script("mutation.py", "--quick")
     assert done.returncode == 0, done.stderr
     # Two of the ten compare with `<= 0` or `< 1` and make 0 a whole turn, which the next line takes back.
-    assert re.fullmatch(r"predprey_env/torus.py, plain: 10 of 10, 8 killed, \d+ s\n", done.stderr)
+    assert re.fullmatch(r"predprey_env/rules/torus.py, plain: 10 of 10, 8 killed, \d+ s\n", done.stderr)
 
 
 def test_mutation_testing_refuses_a_module_that_it_does_not_know() -> None:

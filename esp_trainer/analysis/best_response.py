@@ -15,7 +15,7 @@ from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import Role, Teams
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 _EPISODES = 1000  # per final measurement, so that its standard error is at most 0.016
 

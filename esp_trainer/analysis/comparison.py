@@ -20,9 +20,9 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
-from predprey_env.policies.names import other_team
 
 GENERATIONS = 24
 """Number of generations of a run that meet the panels."""

@@ -21,7 +21,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.seeding import stream
 from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 EPISODES = 64
 """Number of episodes per cell. In a multiple of 8, the parities of the starts occur in their true proportions. With 64

@@ -11,9 +11,9 @@ from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
-from predprey_env.dynamics import World
 from predprey_env.policies import Policy
 from predprey_env.rendering import text
+from predprey_env.rules.dynamics import World
 
 _LONG_ENOUGH = 15  # steps that a name stays, as a moment's would be gone before it is read
 _WIDEST = 44  # letters of a caption

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.types import PolicyError
-from predprey_env.actions import brief
 from predprey_env.config import TeamShape
+from predprey_env.settings import brief
 
 
 class BatchedPolicy(ABC):

@@ -16,9 +16,9 @@ from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
 from esp_trainer.teams.zoo import HELD_OUT, Zoo, load_team
 from esp_trainer.types import Role, ScriptedTeams
+from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
-from predprey_env.policies.names import other_team
 
 PARTS = ("held out", "zoo", "scripts")
 """Parts of the gauntlet: teams for reporting only, teams that anyone may train against, and scripts."""

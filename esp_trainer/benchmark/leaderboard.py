@@ -10,7 +10,7 @@ from esp_trainer.benchmark.gauntlet import PARTS
 from esp_trainer.benchmark.report import Result
 from esp_trainer.files import write_text
 from esp_trainer.statistics import in_points
-from predprey_env.actions import brief
+from predprey_env.settings import brief
 
 _INTRODUCTION = """# Leaderboard
 

@@ -13,12 +13,12 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.match import Player as Ours
 from esp_trainer.seeding import stream
 from esp_trainer.types import PolicyError, Role, ScriptedTeams, TrialBatch
+from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.envs.vector import PredPreyVectorEnv
-from predprey_env.outside import OutsideTeam
 from predprey_env.policies import Policy
-from predprey_env.policies.names import other_team
 from predprey_env.policies.opponents import Opponent
+from predprey_env.policies.outside import OutsideTeam
 
 Player: TypeAlias = Ours | Policy
 

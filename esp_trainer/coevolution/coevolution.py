@@ -29,7 +29,7 @@ from esp_trainer.types import (
     Teams,
     TrialBatch,
 )
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 
 @dataclass(frozen=True)

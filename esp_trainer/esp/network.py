@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from esp_trainer.types import Controller
-from predprey_env.compilation import rule
-from predprey_env.floats import ROUNDER, add_products, fma, power_of_two, zeros
-from predprey_env.lanes import load, store, where
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.floats import ROUNDER, add_products, fma, power_of_two, zeros
+from predprey_env.jit.lanes import load, store, where
 from predprey_env.policies.chance import next_state, unit_float
 from predprey_env.policies.protocol import choose, sees_team
 

@@ -15,9 +15,9 @@ from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.network import Networks
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
-from predprey_env.compilation import entry_point
+from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import EnvConfig
-from predprey_env.policies.names import PREFIXES, agent_number, other_team
+from predprey_env.jit.compilation import entry_point
 from predprey_env.policies.protocol import Memories, choose
 from predprey_env.settings import plain
 

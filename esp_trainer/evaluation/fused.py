@@ -17,7 +17,7 @@ from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_block
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, Trace, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
-from predprey_env.lanes import LANES
+from predprey_env.jit.lanes import LANES
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.scripted import Script
 

@@ -13,14 +13,14 @@ import numpy as np
 
 from esp_trainer.esp.network import Networks, play, reads_team
 from esp_trainer.types import Controller
-from predprey_env.compilation import entry_point, rule
 from predprey_env.config import Rules
-from predprey_env.dynamics import World, is_over
 from predprey_env.engine import Block, begin, caught_at, cells, make_block, make_seen, make_world, measure, play_step
-from predprey_env.lanes import LANES, any_of, lane_zeros, load, store, where
+from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.lanes import LANES, any_of, lane_zeros, load, store, where
 from predprey_env.policies.chance import scramble
 from predprey_env.policies.protocol import choose, sees_team
 from predprey_env.policies.scripted import Script, follow
+from predprey_env.rules.dynamics import World, is_over
 
 PARKED = -(1 << 30)
 """Clock of a lane that has no more episodes to play: it never reaches the time limit."""

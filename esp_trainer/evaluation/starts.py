@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.evaluation.kernel import seed_of
 from predprey_env.config import EnvConfig
-from predprey_env.starts import draw_starts, on_a_predator
+from predprey_env.rules.starts import draw_starts, on_a_predator
 
 _PATIENCE = 100  # attempts to move prey before all agents of a start are sampled again
 

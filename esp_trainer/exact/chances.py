@@ -18,17 +18,17 @@ from esp_trainer.esp.network import Networks, accumulate, agent_votes, most_vote
 from esp_trainer.esp.team import Team
 from esp_trainer.exact.states import n_keys, read_key
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
-from predprey_env.actions import brief
-from predprey_env.compilation import entry_point
+from predprey_env.agents import PREFIXES
 from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import World
-from predprey_env.observation import observe
-from predprey_env.outside import OutsideTeam
+from predprey_env.jit.compilation import entry_point
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.names import PREFIXES
 from predprey_env.policies.opponents import ask
+from predprey_env.policies.outside import OutsideTeam
 from predprey_env.policies.protocol import MEMORY
 from predprey_env.policies.scripted import Script, follow
+from predprey_env.rules.dynamics import World
+from predprey_env.rules.observation import observe
+from predprey_env.settings import brief
 
 _TOGETHER = 1 << 10  # number of states per call of a policy: few enough to show progress
 _ASKED_AGAIN = 500  # number of states in which a policy is asked twice, to check that it always acts the same

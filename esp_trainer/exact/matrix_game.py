@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.compilation import entry_point, rule
+from predprey_env.jit.compilation import entry_point, rule
 
 _LEAST_COST = 1e-11
 """Reduced costs below this count as zero: payoffs are in [0, 1], in double precision."""

@@ -23,8 +23,8 @@ from esp_trainer.exact.solution import (
 )
 from esp_trainer.exact.states import Moves, n_keys, read_key, turns_of
 from esp_trainer.types import Role
-from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
+from predprey_env.jit.compilation import entry_point, rule
 
 _PART = 4096  # number of states that a thread takes at a time
 

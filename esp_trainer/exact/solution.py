@@ -17,8 +17,8 @@ from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
 from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen_from, states_of, turns_of
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig
+from predprey_env.jit.compilation import entry_point, rule
 
 _PART = 1024  # number of states that a thread takes at a time
 _CHUNK = 1 << 16  # number of keys that are counted at a time

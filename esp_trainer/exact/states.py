@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.compilation import entry_point, rule
 from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
-from predprey_env.torus import wrap
+from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
+from predprey_env.rules.torus import wrap
 
 
 class Moves(NamedTuple):

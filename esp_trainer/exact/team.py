@@ -10,8 +10,8 @@ from esp_trainer.exact.matrix_game import equilibrium
 from esp_trainer.exact.solution import Room, Solution, fill_payoffs, make_room
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
-from predprey_env.compilation import entry_point
-from predprey_env.policies.names import PREFIXES, agent_number, other_team
+from predprey_env.agents import PREFIXES, agent_number, other_team
+from predprey_env.jit.compilation import entry_point
 
 
 class OptimalTeam:

@@ -1,6 +1,6 @@
 """Translation of the rules to JavaScript, from the source that is compiled for the trainer.
 
-The rules use a small subset of Python (see :mod:`predprey_env.lanes`), so a small translator suffices. The page
+The rules use a small subset of Python (see :mod:`predprey_env.jit.lanes`), so a small translator suffices. The page
 therefore runs the same worlds, scripts and networks as the trainer, with all settings, and the two cannot drift apart.
 Operations that JavaScript lacks (such as ``fma``) are in ``assets/floats.js``.
 
@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from predprey_env import floats
+from predprey_env.jit import floats
 from predprey_env.policies import chance
 
 GIVEN = ("fma", "power_of_two", "as_float", "as_integer", "zeros", "add_products")
-"""Functions of :mod:`predprey_env.floats` that are written by hand in JavaScript."""
+"""Functions of :mod:`predprey_env.jit.floats` that are written by hand in JavaScript."""
 
 _SIGNS: dict[type[ast.AST], str] = {
     ast.Add: "+",

@@ -16,10 +16,10 @@ from esp_trainer.evaluation.kernel import Entrants, seed_of
 from esp_trainer.report.javascript import translate
 from esp_trainer.types import ROLES, Controller, Role
 from predprey_env.config import MOVES, EnvConfig
-from predprey_env.dynamics import is_over
 from predprey_env.engine import play_step
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
+from predprey_env.rules.dynamics import is_over
 
 _USED = ("play_step", "seed_of", "first_memory", "is_over", "add_votes", "observe", "move_prey", "capture", "fma")
 """Functions that the page calls by name: to start, advance and end a match, and to show the networks of an agent."""

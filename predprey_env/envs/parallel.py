@@ -9,20 +9,19 @@ from gymnasium.spaces import Box, Discrete
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from predprey_env.actions import check_agents, read_action
-from predprey_env.compilation import entry_point
+from predprey_env.agents import PREFIXES, check_agents, read_action
 from predprey_env.config import TEAMS, EnvConfig, Rules
-from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
 from predprey_env.envs.fixed import Configured
 from predprey_env.envs.inputs import read_seed
-from predprey_env.fitness import fitness
-from predprey_env.observation import observe
-from predprey_env.options import read_options
-from predprey_env.policies.names import PREFIXES
+from predprey_env.envs.options import read_options
+from predprey_env.envs.spaces import action_space, observation_space, state_space
+from predprey_env.jit.compilation import entry_point
 from predprey_env.rendering import text
 from predprey_env.rendering.extra import require_pygame
-from predprey_env.spaces import action_space, observation_space, state_space
-from predprey_env.starts import draw_starts, given_starts
+from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
+from predprey_env.rules.fitness import fitness
+from predprey_env.rules.observation import observe
+from predprey_env.rules.starts import draw_starts, given_starts
 
 if TYPE_CHECKING:
     from predprey_env.rendering.viewer import Viewer  # at run time imported when needed, because it imports pygame

@@ -10,11 +10,10 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
 
-from predprey_env.actions import check_agents, read_action
+from predprey_env.agents import PREFIXES, check_agents, other_team, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
-from predprey_env.policies.names import PREFIXES, other_team
 from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed, own_copy
 
 

@@ -12,20 +12,14 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from predprey_env.actions import brief
+from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.inputs import read_actions, read_mask, read_mode, read_seeds
-from predprey_env.lanes import LANES
-from predprey_env.options import read_options
-from predprey_env.outside import seat
-from predprey_env.policies.names import other_team
-from predprey_env.policies.opponents import Opponent, draw_seed
-from predprey_env.settings import whole_number
-from predprey_env.spaces import action_space, observation_space
-from predprey_env.starts import draw_each, given_starts
-from predprey_env.worlds import (
+from predprey_env.envs.options import read_options
+from predprey_env.envs.spaces import action_space, observation_space
+from predprey_env.envs.worlds import (
     count,
     forget,
     judge,
@@ -40,6 +34,11 @@ from predprey_env.worlds import (
     place,
     score,
 )
+from predprey_env.jit.lanes import LANES
+from predprey_env.policies.opponents import Opponent, draw_seed
+from predprey_env.policies.outside import seat
+from predprey_env.rules.starts import draw_each, given_starts
+from predprey_env.settings import brief, whole_number
 
 Infos = dict[str, Any]
 

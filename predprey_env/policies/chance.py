@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from predprey_env.compilation import rule
-from predprey_env.floats import as_float
-from predprey_env.lanes import where
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.floats import as_float
+from predprey_env.jit.lanes import where
 
 _LOW_BITS = (1 << 31) - 1
 _FACTOR = np.int64(1664525)  # 64 bits, because uncompiled NumPy would multiply by a 32-bit state in 32 bits

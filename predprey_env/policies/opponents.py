@@ -9,10 +9,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from predprey_env.actions import brief, read_action
+from predprey_env.agents import read_action
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies.protocol import Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
+from predprey_env.settings import brief
 
 Function: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
 Opponent: TypeAlias = str | Policy | Function

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from predprey_env.compilation import rule
 from predprey_env.config import IDLE
-from predprey_env.floats import as_float, as_integer
-from predprey_env.lanes import load, store, where
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.floats import as_float, as_integer
+from predprey_env.jit.lanes import load, store, where
 from predprey_env.policies.sight import FAR, nearest, towards
-from predprey_env.torus import magnitude
+from predprey_env.rules.torus import magnitude
 
 HALF, ZERO = np.float32(0.5), np.float32(0.0)
 

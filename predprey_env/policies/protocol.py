@@ -10,9 +10,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numba.extending import overload
 
-from predprey_env.actions import brief
-from predprey_env.compilation import entry_point, rule
+from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.policies.chance import scramble
+from predprey_env.settings import brief
 
 MEMORY = 4
 """Number of int32 rows of memory that a compiled player has for each of its agents."""

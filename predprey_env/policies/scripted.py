@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.compilation import entry_point, rule
+from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import TEAMS, EnvConfig, TeamName
-from predprey_env.lanes import load, store
+from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.lanes import load, store
 from predprey_env.policies.chance import next_state, pick
-from predprey_env.policies.names import PREFIXES, SCRIPTS, agent_number, other_team
+from predprey_env.policies.names import SCRIPTS
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
 from predprey_env.policies.protocol import Memories, choose

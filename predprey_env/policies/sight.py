@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from predprey_env.compilation import rule
-from predprey_env.lanes import load, where
-from predprey_env.torus import magnitude, manhattan
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.lanes import load, where
+from predprey_env.rules.torus import magnitude, manhattan
 
 FAR = 1 << 20
 """Distance of a caught opponent, longer than any way on a torus."""

@@ -7,7 +7,7 @@ from string import ascii_lowercase
 import numpy as np
 
 from predprey_env.config import EnvConfig
-from predprey_env.dynamics import World
+from predprey_env.rules.dynamics import World
 
 _LINES = 20
 """Largest number of lines of the world. Larger worlds are drawn smaller: with its title and edges, a frame of this

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from predprey_env.dynamics import World
+from predprey_env.rules.dynamics import World
 
 _EASE = 0.15
 """Fraction of the way to the chase that the camera moves in a time step: quick enough to keep up, without jolts."""

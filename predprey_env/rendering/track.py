@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from predprey_env.dynamics import World
+from predprey_env.rules.dynamics import World
 
 
 class Stretch(NamedTuple):

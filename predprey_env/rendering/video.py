@@ -18,9 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from predprey_env.actions import brief
 from predprey_env.rendering.extra import require
-from predprey_env.settings import plain
+from predprey_env.settings import brief, plain
 
 SUFFIXES = ".gif", ".mp4"
 

@@ -6,11 +6,11 @@ import numpy as np
 import pygame
 
 from predprey_env.config import EnvConfig
-from predprey_env.dynamics import World
 from predprey_env.rendering.camera import Camera
 from predprey_env.rendering.picture import HEADER, SIDE, Painter, trail_length
 from predprey_env.rendering.track import Track
 from predprey_env.rendering.window import Window
+from predprey_env.rules.dynamics import World
 
 _LAST_LOOK = 10  # moments that the end of an episode stays in the window
 

@@ -15,9 +15,9 @@ from numba import njit
 
 from esp_trainer.types import EvolvedTeams, Teams, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig, Rules
-from predprey_env.dynamics import World, count_alive, step
-from predprey_env.fitness import fitness
-from predprey_env.observation import observe
+from predprey_env.rules.dynamics import World, count_alive, step
+from predprey_env.rules.fitness import fitness
+from predprey_env.rules.observation import observe
 
 PREDATOR_ACTIONS, PREY_ACTIONS = 5, 4
 """Known while compiling, so that the loops over actions are unrolled: a third of the whole."""

@@ -18,7 +18,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import ROLES, Role
 from learners.contestants import TASK, Contestant
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 _PPO = Path(__file__).parents[1] / "train_ppo.py"
 

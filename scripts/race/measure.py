@@ -20,7 +20,7 @@ from esp_trainer.report.source import SPREADS, read
 from esp_trainer.run.directory import RunDirectory, records
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.types import ROLES
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 GENERATIONS = 24
 """Generations of a run that meet the panels and each other, and are watched for behaviours, evenly spread."""

@@ -18,7 +18,7 @@ from esp_trainer.analysis.cross_play import own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch
 from esp_trainer.evaluation.fused import FusedEvaluator
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 from reproduction.arms import Arm, world_of
 from reproduction.evolve import history_file
 

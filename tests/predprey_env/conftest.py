@@ -13,7 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv, PredPreyVectorEnv, TeamView
-from predprey_env.dynamics import World
+from predprey_env.rules.dynamics import World
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

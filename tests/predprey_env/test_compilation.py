@@ -20,12 +20,13 @@ from hypothesis import strategies as st
 from numba.core import caching
 from numba.core.registry import CPUDispatcher
 
-from predprey_env import EnvConfig, compilation
-from predprey_env.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World
+from predprey_env import EnvConfig
 from predprey_env.envs.parallel import _advance
+from predprey_env.jit import compilation
 from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
-from predprey_env.starts import draw_starts
+from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World
+from predprey_env.rules.starts import draw_starts
 
 # -- the cache ----------------------------------------------------------------------------------------------------
 
@@ -50,12 +51,12 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
     def write(number: int) -> Any:
         (tmp_path / "inner_rule.py").write_text(
-            f"from predprey_env.compilation import rule\n\n@rule\ndef add(a):\n    return a + {number}\n"
+            f"from predprey_env.jit.compilation import rule\n\n@rule\ndef add(a):\n    return a + {number}\n"
         )
         outer = tmp_path / "outer_entry.py"
         if not outer.exists():
             outer.write_text(
-                "from inner_rule import add\nfrom predprey_env.compilation import entry_point\n\n"
+                "from inner_rule import add\nfrom predprey_env.jit.compilation import entry_point\n\n"
                 "@entry_point\ndef main(a):\n    return add(a)\n"
             )
         monkeypatch.delitem(sys.modules, "inner_rule", raising=False)
@@ -85,10 +86,10 @@ def test_a_rule_that_is_edited_before_it_is_compiled_is_not_kept_as_the_edited_o
 def test_a_rule_that_is_called_through_its_module_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
     (tmp_path / "module_rule.py").write_text(
-        "from predprey_env.compilation import rule\n\n@rule\ndef add(a):\n    return a + 1\n"
+        "from predprey_env.jit.compilation import rule\n\n@rule\ndef add(a):\n    return a + 1\n"
     )
     (tmp_path / "module_entry.py").write_text(
-        "import module_rule\nfrom predprey_env.compilation import entry_point\n\n"
+        "import module_rule\nfrom predprey_env.jit.compilation import entry_point\n\n"
         "@entry_point\ndef main(a):\n    return module_rule.add(a)\n"
     )
     importlib.invalidate_caches()
@@ -160,7 +161,7 @@ def test_without_a_place_for_machine_code_the_first_that_is_compiled_is_one_warn
 def test_an_entry_point_that_is_in_no_file_is_compiled_each_time_without_a_warning(warned) -> None:
     """It is of a notebook's cell, and no directory would help."""
     known: dict[str, Any] = {"__name__": "cell"}
-    source = "from predprey_env.compilation import entry_point\n\n@entry_point\ndef main(a):\n    return a + 1\n"
+    source = "from predprey_env.jit.compilation import entry_point\n\n@entry_point\ndef main(a):\n    return a + 1\n"
     exec(compile(source, "<cell 3>", "exec"), known)
     assert known["main"](10) == 11
     assert warned == []
@@ -211,7 +212,8 @@ def test_a_class_that_is_not_there_any_more_spoils_nothing_for_others(
     (tmp_path / "kept_player.py").write_text(named.format("Kept"))
     main = tmp_path / "ask_player.py"
     main.write_text(
-        "from predprey_env.compilation import entry_point\n\n@entry_point\ndef ask(player):\n    return player.value\n"
+        "from predprey_env.jit.compilation import entry_point\n\n"
+        "@entry_point\ndef ask(player):\n    return player.value\n"
     )
     importlib.invalidate_caches()
     assert _load(main).ask(importlib.import_module("gone_player").Gone(3)) == 3
@@ -226,12 +228,12 @@ def test_a_class_that_is_not_there_any_more_spoils_nothing_for_others(
 def test_a_rule_that_is_in_no_file_is_compiled_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a notebook: it cannot be known whether it was edited."""
     (tmp_path / "outer_entry.py").write_text(
-        "from cell import add\nfrom predprey_env.compilation import entry_point\n\n"
+        "from cell import add\nfrom predprey_env.jit.compilation import entry_point\n\n"
         "@entry_point\ndef main(a):\n    return add(a)\n"
     )
     for number in (1, 2):
         cell = ModuleType("cell")
-        source = f"from predprey_env.compilation import rule\n\n@rule\ndef add(a):\n    return a + {number}\n"
+        source = f"from predprey_env.jit.compilation import rule\n\n@rule\ndef add(a):\n    return a + {number}\n"
         exec(compile(source, "<cell 3>", "exec"), cell.__dict__)
         monkeypatch.setitem(sys.modules, "cell", cell)
         assert _load(tmp_path / "outer_entry.py").main(10) == 10 + number
@@ -239,7 +241,8 @@ def test_a_rule_that_is_in_no_file_is_compiled_each_time(tmp_path: Path, monkeyp
 
 def test_a_class_that_is_in_no_file_is_known_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "outer_entry.py").write_text(
-        "from predprey_env.compilation import entry_point\n\n@entry_point\ndef main(player):\n    return player.value\n"
+        "from predprey_env.jit.compilation import entry_point\n\n"
+        "@entry_point\ndef main(player):\n    return player.value\n"
     )
     cell = ModuleType("cell")
     monkeypatch.setitem(sys.modules, "cell", cell)

@@ -22,13 +22,14 @@ from esp_trainer import Team
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.network import Networks
-from predprey_env import EnvConfig, compilation
-from predprey_env.compilation import _DigestCache, named_tuples, source_files
+from predprey_env import EnvConfig
 from predprey_env.engine import team_rows
 from predprey_env.envs.parallel import _advance
+from predprey_env.envs.worlds import make_scratch, make_worlds, move_opponents
+from predprey_env.jit import compilation
+from predprey_env.jit.compilation import _DigestCache, named_tuples, source_files
 from predprey_env.policies.protocol import choose
 from predprey_env.policies.scripted import Script
-from predprey_env.worlds import make_scratch, make_worlds, move_opponents
 
 LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
 SOURCES = {
@@ -69,7 +70,7 @@ PLAYER = """{}
 # größer
 \f
 from encoded_numbers import STEP
-from predprey_env.compilation import entry_point
+from predprey_env.jit.compilation import entry_point
 
 @entry_point
 def main(a):

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig
-from predprey_env.dynamics import World, count_alive, predators_turn, prey_turn, step
-from predprey_env.starts import draw_each, draw_starts, given_starts
+from predprey_env.rules.dynamics import World, count_alive, predators_turn, prey_turn, step
+from predprey_env.rules.starts import draw_each, draw_starts, given_starts
 
 EAST, WEST, NORTH, SOUTH, IDLE = range(5)
 MakeWorld = Callable[..., World]

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig
-from predprey_env.dynamics import World
-from predprey_env.fitness import fitness
+from predprey_env.rules.dynamics import World
+from predprey_env.rules.fitness import fitness
 
 MakeWorld = Callable[..., World]
 

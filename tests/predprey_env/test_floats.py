@@ -10,8 +10,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from numba import njit
 
-from predprey_env.floats import ROUNDER, as_float, fma, power_of_two
-from predprey_env.lanes import LANES, load, store
+from predprey_env.jit.floats import ROUNDER, as_float, fma, power_of_two
+from predprey_env.jit.lanes import LANES, load, store
 
 FLOATS = st.floats(-(2.0**60), 2.0**60, width=32).filter(lambda number: number == 0 or abs(number) > 2.0**-60)
 

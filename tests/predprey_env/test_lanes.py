@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from numba import njit
 
 from predprey_env import EnvConfig
-from predprey_env.compilation import entry_point
-from predprey_env.dynamics import World, count_alive, predators_turn, prey_turn, step
-from predprey_env.lanes import LANES, any_of, load, store, where
-from predprey_env.observation import observe
-from predprey_env.starts import draw_starts
+from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.lanes import LANES, any_of, load, store, where
+from predprey_env.rules.dynamics import World, count_alive, predators_turn, prey_turn, step
+from predprey_env.rules.observation import observe
+from predprey_env.rules.starts import draw_starts
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.dynamics import World
-from predprey_env.observation import observe
+from predprey_env.rules.dynamics import World
+from predprey_env.rules.observation import observe
 
 MakeWorld = Callable[..., World]
 

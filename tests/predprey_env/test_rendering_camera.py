@@ -7,11 +7,11 @@ import pygame
 import pytest
 
 from predprey_env import EnvConfig
-from predprey_env.dynamics import World
 from predprey_env.rendering.camera import Camera
 from predprey_env.rendering.colours import PREDATOR, PREY
 from predprey_env.rendering.picture import HEADER, SIDE, Painter
 from predprey_env.rendering.viewer import Viewer
+from predprey_env.rules.dynamics import World
 
 CONFIG = EnvConfig(size=100, n_predators=1, n_prey=2)
 MIDDLE = HEADER + SIDE // 2, SIDE // 2

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.dynamics import World
 from predprey_env.rendering import text
+from predprey_env.rules.dynamics import World
 
 MakeWorld = Callable[..., World]
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from predprey_env.dynamics import World
 from predprey_env.rendering.track import Track
+from predprey_env.rules.dynamics import World
 
 MakeWorld = Callable[..., World]
 

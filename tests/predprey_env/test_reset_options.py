@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from predprey_env import EnvConfig, predprey_v0, team_view, vector_env
-from predprey_env.options import OPTIONS, read_options
+from predprey_env.envs.options import OPTIONS, read_options
 
 SMALL = {"n_predators": 1, "n_prey": 1, "size": 9}
 CELLS = [[1, 2], [3, 4]]

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from predprey_env import EnvConfig, PredPreyEnv, TeamView, team_view
+from predprey_env.agents import PREFIXES, other_team
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import SCRIPTS, ScriptedTeam
-from predprey_env.policies.names import PREFIXES, other_team
 
 TINY = {"n_predators": 2, "size": 5, "max_cycles": 30}
 ORDERS = ("simultaneous", "prey_first")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from predprey_env import TeamView, team_view
+from predprey_env.agents import other_team
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.names import other_team
 
 WORLD = {"n_predators": 3, "n_prey": 2, "size": 20, "max_cycles": 40}
 TEAM = pytest.mark.parametrize("team", TEAMS)

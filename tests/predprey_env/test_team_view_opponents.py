@@ -11,9 +11,9 @@ from esp_trainer import Team
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from predprey_env import EnvConfig, PredPreyEnv, TeamView, team_view
+from predprey_env.agents import other_team
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.names import other_team
 
 WORLD = {"n_predators": 3, "n_prey": 2, "size": 20, "max_cycles": 40}
 TEAM = pytest.mark.parametrize("team", TEAMS)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from predprey_env.torus import displacement, largest_distance, magnitude, manhattan, wrap
+from predprey_env.rules.torus import displacement, largest_distance, magnitude, manhattan, wrap
 
 SIZES = st.integers(3, 10_000)
 

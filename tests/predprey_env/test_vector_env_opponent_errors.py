@@ -10,10 +10,10 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from predprey_env import vector_env
+from predprey_env.agents import other_team
 from predprey_env.config import TEAMS, EnvConfig, TeamName
-from predprey_env.outside import OutsideTeam
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.names import other_team
+from predprey_env.policies.outside import OutsideTeam
 
 NEXT_STEP, SAME_STEP = AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP
 SMALL = {"n_predators": 2, "n_prey": 2, "size": 7, "max_cycles": 6, "reward": "dense"}

@@ -14,13 +14,13 @@ from esp_trainer import Team
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from predprey_env import EnvConfig, PredPreyVectorEnv
-from predprey_env.compilation import rule
+from predprey_env.agents import other_team
 from predprey_env.config import TEAMS, TeamName
-from predprey_env.lanes import load, store
+from predprey_env.envs.worlds import move_opponents
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.lanes import load, store
 from predprey_env.policies import SCRIPTS, ScriptedTeam
-from predprey_env.policies.names import other_team
 from predprey_env.policies.protocol import choose
-from predprey_env.worlds import move_opponents
 
 SMALL = EnvConfig(n_predators=3, n_prey=2, size=6, max_cycles=9, reward="dense")
 TEAM = pytest.mark.parametrize("team", TEAMS)

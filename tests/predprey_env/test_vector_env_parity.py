@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv, PredPreyVectorEnv, TeamView
+from predprey_env.agents import other_team
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
-from predprey_env.policies.names import other_team
 
 CONFIGS = st.from_type(EnvConfig).map(lambda config: config.replace(captured_prey="inert"))
 

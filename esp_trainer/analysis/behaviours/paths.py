@@ -11,7 +11,7 @@ import numpy as np
 def minimal_image(way: np.ndarray, size: int) -> np.ndarray:
     """Return displacements along an axis, in cells, taken the shortest way round the torus.
 
-    They lie in ``[-(size // 2), size - size // 2 - 1]``, as those of :func:`predprey_env.torus.displacement`.
+    They lie in ``[-(size // 2), size - size // 2 - 1]``, as those of :func:`predprey_env.rules.torus.displacement`.
     """
     half = size // 2
     return np.asarray((way + half) % size - half)

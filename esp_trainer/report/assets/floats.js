@@ -1,4 +1,4 @@
-// 32-bit floating-point functions that the translated rules need and JavaScript lacks. See predprey_env/floats.py.
+// 32-bit floating-point functions that the translated rules need and JavaScript lacks. See predprey_env/jit/floats.py.
 
 const DOUBLE = new Float64Array(1), WORDS = new Uint32Array(DOUBLE.buffer);
 const LOW = new Uint8Array(new Uint32Array([1]).buffer)[0] ? 0 : 1; // which word of a double holds its low bits

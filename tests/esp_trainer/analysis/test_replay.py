@@ -9,8 +9,8 @@ from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.moments import best_moment
 from esp_trainer.analysis.replay import Episode, as_pictures, as_text, captions, play, seen_in
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.dynamics import World
 from predprey_env.policies import ScriptedTeam
+from predprey_env.rules.dynamics import World
 
 
 def scripted(env: EnvConfig, seed: int = 0, predators: str = "surround", prey: str = "flee_nearest") -> Episode:

@@ -14,8 +14,8 @@ from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
 from esp_trainer.types import ROLES, PolicyError, Role, ScriptedTeams
 from predprey_env import EnvConfig
+from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
-from predprey_env.policies.names import other_team
 
 SMALL = EnvConfig(size=8, max_cycles=25)
 CHASE = ScriptedTeams("greedy_chase")

@@ -18,7 +18,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import DamagedFileError, digest_of_arrays
 from esp_trainer.types import ROLES, Role, TrialBatch, TrialResult
 from predprey_env import EnvConfig
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 OWN, GUESTS = 3, (7.0, 8.0)
 

@@ -16,8 +16,8 @@ from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.network import Networks
 from esp_trainer.esp.network import play as play_networks
 from esp_trainer.types import Controller
-from predprey_env.compilation import entry_point
-from predprey_env.lanes import LANES, store
+from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.lanes import LANES, store
 
 KINDS = ["split", "monolithic", "combiner", "double", "pairs", "central"]
 HALVES = [0.0, 0.0]  # input weights with which a hidden neuron is at 1/2, whatever it sees

@@ -14,8 +14,8 @@ from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.network import draw, exponential, logistic, most_votes, vote
 from esp_trainer.types import Controller
-from predprey_env.compilation import entry_point
-from predprey_env.lanes import LANES, load, store
+from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.lanes import LANES, load, store
 
 SMALLEST_NORMAL = np.finfo(np.float32).tiny
 

@@ -13,7 +13,7 @@ from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.team import Team, pick
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env import EnvConfig, TeamView, team_view, vector_env
-from predprey_env.policies.names import other_team
+from predprey_env.agents import other_team
 
 if TYPE_CHECKING:
     from collections.abc import Callable

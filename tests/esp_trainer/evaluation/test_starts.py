@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from esp_trainer.evaluation.starts import CellStarts, SeedStarts, distances
 from predprey_env import EnvConfig
-from predprey_env.torus import displacement, manhattan
+from predprey_env.rules.torus import displacement, manhattan
 
 
 def rng(seed: int = 0) -> np.random.Generator:

@@ -9,9 +9,9 @@ import pytest
 
 from esp_trainer.report.javascript import translate
 from esp_trainer.report.matches import rules_in_javascript
-from predprey_env.compilation import rule
-from predprey_env.floats import as_float, fma
-from predprey_env.lanes import load, store, where
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.floats import as_float, fma
+from predprey_env.jit.lanes import load, store, where
 from predprey_env.policies import chance
 
 HALF, ONE, FLAG, COUNT = np.float32(0.1), np.float32(1), True, 1 << 20

@@ -22,10 +22,10 @@ from esp_trainer.seeding import stream
 from esp_trainer.teams.zoo import load_team
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TrialBatch
 from predprey_env import EnvConfig
-from predprey_env.floats import fma
+from predprey_env.jit.floats import fma
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 from predprey_env.policies.scripted import NUMBERS
-from predprey_env.starts import draw_starts
+from predprey_env.rules.starts import draw_starts
 
 N_STARTS = 12
 PLAY = """([world, sides, starts, generations]) => {

@@ -25,8 +25,8 @@ from esp_trainer.tasks import TASKS
 from esp_trainer.teams import zoo
 from esp_trainer.teams.zoo import known_teams, load_zoo
 from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
-from predprey_env.policies.names import other_team
 
 TEAMS = known_teams()
 NAMES = list(TEAMS)

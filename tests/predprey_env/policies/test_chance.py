@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from predprey_env.compilation import entry_point
-from predprey_env.lanes import LANES, lane_zeros, load, store
+from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.lanes import LANES, lane_zeros, load, store
 from predprey_env.policies.chance import next_state, pick, scramble
 
 TOP = 2**31

@@ -10,9 +10,9 @@ from numba import njit
 from numba.core.errors import TypingError
 
 from predprey_env import EnvConfig
-from predprey_env.compilation import entry_point, rule
 from predprey_env.config import TEAMS, TeamName
-from predprey_env.lanes import LANES, lane_zeros, store
+from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.lanes import LANES, lane_zeros, store
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 from predprey_env.policies.chance import scramble
 from predprey_env.policies.protocol import MEMORY, choose

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from predprey_env.agents import PREFIXES
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.chance import next_state, pick
-from predprey_env.policies.names import PREFIXES
 from predprey_env.policies.protocol import first_memory
 
 VIEW = np.ones(4, np.float32)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from predprey_env import EnvConfig, predprey_v0
+from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
-from predprey_env.policies.names import PREFIXES, agent_number, other_team
 from predprey_env.policies.scripted import NUMBERS, Script
 
 Offsets = Callable[..., np.ndarray]

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from esp_trainer.analysis.behaviours.paths import Paths, minimal_image
-from predprey_env.torus import displacement
+from predprey_env.rules.torus import displacement
 
 FAR = ((80, 80), "")
 

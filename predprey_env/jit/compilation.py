@@ -24,7 +24,7 @@ from numba import njit, types
 from numba.core import caching
 from numba.core.registry import CPUDispatcher
 
-from predprey_env import floats, lanes
+from predprey_env.jit import floats, lanes
 
 Compiled = TypeVar("Compiled", bound=Callable[..., Any])
 
@@ -113,7 +113,7 @@ def _warn(why: str) -> None:
     if not _warned:
         line = f"machine code is not kept, and compiled again each time: {why}"
         line += "; set NUMBA_CACHE_DIR to a writable directory"
-        warnings.warn_explicit(line, RuntimeWarning, __package__, 0)  # printed in one line, without a line of source
+        warnings.warn_explicit(line, RuntimeWarning, "predprey_env", 0)  # printed in one line, without a line of source
         _warned = True
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from predprey_env.compilation import rule
 from predprey_env.config import Rules
-from predprey_env.dynamics import World, count_alive
-from predprey_env.torus import displacement, largest_distance, manhattan
+from predprey_env.jit.compilation import rule
+from predprey_env.rules.dynamics import World, count_alive
+from predprey_env.rules.torus import displacement, largest_distance, manhattan
 
 BEST = 25.0
 """Fitness of a predator team that caught all prey, and of a prey team that lost none."""

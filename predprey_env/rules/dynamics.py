@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from predprey_env.compilation import rule
 from predprey_env.config import Rules
-from predprey_env.lanes import load, store, where
-from predprey_env.torus import wrap
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.lanes import load, store, where
+from predprey_env.rules.torus import wrap
 
 
 class World(NamedTuple):

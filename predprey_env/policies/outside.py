@@ -6,9 +6,9 @@ from typing import Any, cast
 
 import numpy as np
 
+from predprey_env.agents import PREFIXES
 from predprey_env.config import EnvConfig, TeamName
-from predprey_env.lanes import LANES
-from predprey_env.policies.names import PREFIXES
+from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy
 from predprey_env.policies.protocol import Policy
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from predprey_env.compilation import rule
 from predprey_env.config import Rules
-from predprey_env.dynamics import World
-from predprey_env.floats import as_float
-from predprey_env.lanes import load, store, where
-from predprey_env.torus import displacement
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.floats import as_float
+from predprey_env.jit.lanes import load, store, where
+from predprey_env.rules.dynamics import World
+from predprey_env.rules.torus import displacement
 
 
 @rule

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from predprey_env.compilation import entry_point
 from predprey_env.config import EnvConfig
+from predprey_env.jit.compilation import entry_point
 
 
 def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""32-bit floating-point operations on values for which Python has no operator. See :mod:`predprey_env.lanes`."""
+"""32-bit floating-point operations on values for which Python has no operator. See :mod:`predprey_env.jit.lanes`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-from predprey_env.lanes import FLOATS, INTEGERS, LANES, Lanes, is_lanes, row_pointer, spread
+from predprey_env.jit.lanes import FLOATS, INTEGERS, LANES, Lanes, is_lanes, row_pointer, spread
 
 _I32 = ir.IntType(32)
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from predprey_env.actions import brief
+from predprey_env.settings import brief
 
 OPTIONS = ("starts", "reset_mask")
 """Names of all options; `reset_mask` is only for environments with many worlds."""

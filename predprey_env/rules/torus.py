@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from predprey_env.compilation import rule
-from predprey_env.lanes import where
+from predprey_env.jit.compilation import rule
+from predprey_env.jit.lanes import where
 
 
 @rule

@@ -10,9 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.compilation import entry_point, rule
 from predprey_env.config import IDLE, EnvConfig, Rules
-from predprey_env.dynamics import EVERYBODY, PREDATORS, PREY, World, count_alive, is_over
 from predprey_env.engine import (
     Block,
     TeamRows,
@@ -25,9 +23,11 @@ from predprey_env.engine import (
     measure,
     reset_memory,
 )
-from predprey_env.lanes import LANES, lane_zeros, load, store, where
-from predprey_env.observation import observe
+from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.lanes import LANES, lane_zeros, load, store, where
 from predprey_env.policies.protocol import MEMORY
+from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, count_alive, is_over
+from predprey_env.rules.observation import observe
 
 
 class Worlds(NamedTuple):

@@ -1,4 +1,4 @@
-"""Checks of the actions that a caller passes in."""
+"""Names of the agents, and checks of the actions that callers pass for them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,24 @@ from collections.abc import Collection, Mapping
 from operator import index
 from typing import Any
 
-_LONGEST = 100
+from predprey_env.config import TeamName
+from predprey_env.settings import brief
+
+PREFIXES: dict[TeamName, str] = {"predators": "predator_", "prey": "prey_"}
+"""Beginnings of the names of each team's agents; a name ends in the agent's number."""
 
 
-def brief(value: Any) -> str:
-    """Return a value's ``repr`` for an error message: on one line and at most about 100 characters long."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+def other_team(team: TeamName) -> TeamName:
+    """Return the opposing team."""
+    return "prey" if team == "predators" else "predators"
+
+
+def agent_number(agent: str) -> int:
+    """Return the number at the end of an agent's name; raise :class:`ValueError` if there is none."""
+    number = agent.rpartition("_")[2]
+    if not number.isdecimal():
+        raise ValueError(f"{agent} must end in an underscore and the agent's number")
+    return int(number)
 
 
 def check_agents(actions: Any, known: Collection[str]) -> None:
