@@ -26,7 +26,7 @@ def agent_number(agent: str) -> int:
     return int(number)
 
 
-def check_agents(actions: Any, known: Collection[str]) -> None:
+def check_agents(actions: object, known: Collection[str]) -> None:
     """Raise :class:`ValueError` unless actions are a mapping from known agents."""
     if not isinstance(actions, Mapping):
         raise ValueError(f"actions must be a mapping from agents to actions, got {brief(actions)}")

@@ -9,14 +9,15 @@ bit.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from predprey_env.config import EnvConfig, Rules, TeamName
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import lane_zeros, load, store
-from predprey_env.policies.protocol import MEMORY, choose, first_memory, sees_team
+from predprey_env.jit.values import Array, FloatRows, IntegerRows
+from predprey_env.policies.protocol import MEMORY, Player, choose, first_memory, sees_team
 from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
 from predprey_env.rules.fitness import fitness
 from predprey_env.rules.observation import observe
@@ -33,13 +34,13 @@ class Block(NamedTuple):
     """State of sixteen worlds: int32 arrays ``(rows, LANES)``."""
 
     world: World
-    clock: Any
+    clock: IntegerRows
     """Number of time steps played: one row."""
-    survived: Any
+    survived: IntegerRows
     """Number of time steps that each prey survived: a caught prey was caught in the step after these."""
-    actions: Any
+    actions: IntegerRows
     """Last action of each agent."""
-    memory: Any
+    memory: IntegerRows
     """Memory of the players: ``MEMORY`` rows for each agent."""
 
 
@@ -70,7 +71,7 @@ def make_world(rules: Rules) -> World:
 
 
 @rule
-def begin(block: Block, lane: int, start: Any, seed: int) -> None:
+def begin(block: Block, lane: int, start: Array, seed: int) -> None:
     """Start an episode in one world from cells, int32 ``(n_agents, 2)``; random choices follow from ``seed``."""
     for agent in range(start.shape[0]):
         block.world.x[agent, lane] = start[agent, 0]
@@ -94,7 +95,7 @@ def reset_memory(block: Block, lane: int, seed: int) -> None:
 
 
 @rule
-def choose_actions(block: Block, first: int, n_agents: int, player: Any, rules: Rules, seen: Any) -> None:
+def choose_actions(block: Block, first: int, n_agents: int, player: Player, rules: Rules, seen: FloatRows) -> None:
     """Let every agent of a team, whose rows begin at ``first``, observe and choose its action."""
     together = sees_team(player)  # such a player needs the observations of all agents before the first action
     if together:
@@ -122,7 +123,7 @@ def advance(block: Block, turn: int, rules: Rules) -> None:
 
 
 @rule
-def play_step(block: Block, predators: Any, prey: Any, rules: Rules, seen: Any) -> None:
+def play_step(block: Block, predators: Player, prey: Player, rules: Rules, seen: FloatRows) -> None:
     """Play one time step: all choose in the same state, or the prey move before the predators observe."""
     choose_actions(block, rules.n_predators, rules.n_prey, prey, rules, seen)
     if rules.prey_first:
@@ -132,7 +133,7 @@ def play_step(block: Block, predators: Any, prey: Any, rules: Rules, seen: Any) 
 
 
 @rule
-def measure(block: Block, lane: int, rules: Rules, one: World, out: Any) -> None:
+def measure(block: Block, lane: int, rules: Rules, one: World, out: Array) -> None:
     """Write every agent's fitness in one world, as if the episode ended now, to ``out``, float64 ``(n_agents,)``.
 
     The world is copied to ``one``, a single world, on the way.
@@ -152,7 +153,7 @@ def caught_at(block: Block, lane: int, prey: int) -> int:
 
 
 @rule
-def cells(block: Block, lane: int, out: Any) -> None:
+def cells(block: Block, lane: int, out: Array) -> None:
     """Write every agent's cell in one world to ``out``, int32 ``(n_agents, 2)``."""
     for agent in range(len(block.world.x)):
         out[agent, 0] = block.world.x[agent, lane]

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from predprey_env.envs.fixed import read_only
-from predprey_env.envs.options import read_options
+from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.policies.opponents import Opponent
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import brief
+
+Indices: TypeAlias = int | Iterable[int] | None
+"""Rows of a ``VecEnv``; None for all."""
 
 
 class SB3VecEnv(VecEnv):
@@ -88,12 +91,12 @@ class SB3VecEnv(VecEnv):
         """Close the environment."""
         self.env.close()
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
         """Return the environment's attribute, once for each of the rows."""
         value = self.render_mode if attr_name == "render_mode" else getattr(self._owner(attr_name), attr_name)
         return [value for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
         """Set the environment's attribute.
 
         Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
@@ -101,7 +104,9 @@ class SB3VecEnv(VecEnv):
         self._all_rows(indices)
         setattr(self._owner(attr_name), attr_name, value)
 
-    def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
+    ) -> list[Any]:
         """Call the environment's method once, and return its result for each row.
 
         Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
@@ -109,7 +114,7 @@ class SB3VecEnv(VecEnv):
         rows = self._all_rows(indices)
         return [getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)] * len(rows)
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:  # noqa: ARG002
+    def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:  # noqa: ARG002
         """Return False for each row: a row has no wrapper of its own."""
         return [False for _ in self._get_indices(indices)]
 
@@ -131,7 +136,7 @@ class SB3VecEnv(VecEnv):
         """
         return self.env if hasattr(self.env, name) else self._worlds
 
-    def _all_rows(self, indices: Any) -> list[int]:
+    def _all_rows(self, indices: Indices) -> list[int]:
         rows = list(self._get_indices(indices))
         if sorted(rows) != list(range(self.num_envs)):
             raise ValueError(
@@ -140,5 +145,5 @@ class SB3VecEnv(VecEnv):
         return rows
 
 
-def _equal(options: dict[str, Any], other: dict[str, Any]) -> bool:
+def _equal(options: Options, other: Options) -> bool:
     return options.keys() == other.keys() and all(np.array_equal(options[name], other[name]) for name in options)

@@ -137,7 +137,7 @@ def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
     return names
 
 
-def brief(value: Any) -> str:
+def brief(value: object) -> str:
     """Return a value's ``repr`` for an error message: on one line and at most about 100 characters long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

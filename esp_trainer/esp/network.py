@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from esp_trainer.types import Controller
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.jit.lanes import load, store, where
+from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import next_state, unit_float
 from predprey_env.policies.protocol import choose, sees_team
 
@@ -22,7 +23,7 @@ _C4, _C5 = np.float32(0.009675541), np.float32(0.001327647)
 
 
 @rule
-def logistic(z: Any) -> Any:
+def logistic(z: Value) -> Value:
     """Return ``1 / (1 + exp(-z))`` in 32-bit floats, without a library call; the error is below 2e-7.
 
     Inputs beyond 44 or -44 count as that bound. There the true value differs from 0 or 1 by less than 1e-19, and
@@ -36,7 +37,7 @@ def logistic(z: Any) -> Any:
 
 
 @rule
-def exponential(z: Any) -> Any:
+def exponential(z: Value) -> Value:
     """Return ``exp(z)`` for z up to 0 in 32-bit floats, without a library call. Inputs below -44 count as -44."""
     z = where(z < -BOUND, -BOUND, z)
     shifted = fma(z, LOG2_E, ROUNDER)
@@ -44,14 +45,21 @@ def exponential(z: Any) -> Any:
 
 
 @rule
-def _fraction_of_power(f: Any) -> Any:
+def _fraction_of_power(f: Value) -> Value:
     """Return ``2 ** f`` for f in [-1/2, 1/2]."""
     return fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
 
 
 @rule
 def add_votes(
-    controller: Controller, weights: Any, at: int, inputs: Any, n_inputs: int, member: int, votes: Any, row: int
+    controller: Controller,
+    weights: FloatRows,
+    at: int,
+    inputs: FloatRows,
+    n_inputs: int,
+    member: int,
+    votes: FloatRows,
+    row: int,
 ) -> None:
     """Add one network's outputs to the votes for each action, which begin at row ``row``.
 
@@ -81,7 +89,15 @@ def add_votes(
 
 
 @rule
-def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, inputs: Any, votes: Any) -> None:
+def vote(
+    controller: Controller,
+    weights: FloatRows,
+    at: int,
+    member: int,
+    seen: FloatRows,
+    inputs: FloatRows,
+    votes: FloatRows,
+) -> None:
     """Write the votes of all networks for each action to the first rows of ``votes``.
 
     The votes are the sums of the networks' outputs (section VI, figure 3), or the outputs of the combiner (section
@@ -108,7 +124,7 @@ def vote(controller: Controller, weights: Any, at: int, member: int, seen: Any, 
 
 
 @rule
-def most_votes(controller: Controller, votes: Any) -> Any:
+def most_votes(controller: Controller, votes: FloatRows) -> Value:
     """Return the action with the most votes; the lowest index of equal ones."""
     more = load(votes, 1) > load(votes, 0)
     most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
@@ -119,7 +135,7 @@ def most_votes(controller: Controller, votes: Any) -> Any:
 
 
 @rule
-def accumulate(controller: Controller, votes: Any) -> Any:
+def accumulate(controller: Controller, votes: FloatRows) -> Value:
     """Replace the votes by the cumulative sums of ``exp(votes)``, up to a factor; return the total."""
     n_actions, most = len(controller.blank), load(votes, 0)  # subtracting the largest vote avoids an overflow
     for action in range(1, n_actions):
@@ -133,7 +149,7 @@ def accumulate(controller: Controller, votes: Any) -> Any:
 
 
 @rule
-def draw(controller: Controller, votes: Any, memory: Any, at: int) -> Any:
+def draw(controller: Controller, votes: FloatRows, memory: IntegerRows, at: int) -> Value:
     """Sample an action with probabilities in proportion to ``exp(votes)``.
 
     Row ``at`` of ``memory`` holds the random state. The votes are overwritten. Once in 33 million samples the random
@@ -153,14 +169,14 @@ class Networks(NamedTuple):
     """The networks of a team as a player in compiled code; see :func:`predprey_env.policies.protocol.choose`."""
 
     controller: Controller
-    weights: Any
+    weights: FloatRows
     """Gene strings of all agents, one after the other: float32 rows."""
-    inputs: Any
-    votes: Any
+    inputs: FloatRows
+    votes: FloatRows
 
 
 @rule
-def agent_votes(networks: Networks, agent: int, seen: Any) -> None:
+def agent_votes(networks: Networks, agent: int, seen: FloatRows) -> None:
     """Write the votes of one agent of an evolved team for each action to the first rows of ``networks.votes``.
 
     For a central controller, ``seen`` holds the observations of all agents, one after the other.
@@ -173,7 +189,7 @@ def agent_votes(networks: Networks, agent: int, seen: Any) -> None:
 
 
 @rule
-def play(networks: Networks, agent: int, seen: Any, memory: Any, at: int) -> Any:
+def play(networks: Networks, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
     """Return the action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
     agent_votes(networks, agent, seen)
     if networks.controller.draws:

@@ -7,7 +7,7 @@ done when its slowest lane is.
 from __future__ import annotations
 
 from math import prod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from predprey_env.config import Rules
 from predprey_env.engine import Block, begin, caught_at, cells, make_block, make_seen, make_world, measure, play_step
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, any_of, lane_zeros, load, store, where
+from predprey_env.jit.values import Array, FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
 from predprey_env.policies.protocol import choose, sees_team
 from predprey_env.policies.scripted import Script, follow
@@ -35,8 +36,8 @@ class Side(NamedTuple):
     script: Script
     """Script that the side follows; its number is 0 if networks play."""
     controller: Controller
-    genomes: Any
-    indices: Any
+    genomes: Array
+    indices: Array
 
 
 class Entrants(NamedTuple):
@@ -52,12 +53,12 @@ class Memory(NamedTuple):
     block: Block
     one: World
     """A single world, in which the kernel scores a lane."""
-    seen: Any
+    seen: FloatRows
     predators: Entrants
     prey: Entrants
-    ended: Any
+    ended: IntegerRows
     """1 where a lane's episode has just ended: int32 ``(1, LANES)``."""
-    episode: Any
+    episode: Array
     """Index of the episode that each lane plays: int64 ``(LANES,)``."""
 
 
@@ -66,11 +67,11 @@ class Outcome(NamedTuple):
     :class:`esp_trainer.types.Trace` of the first ``len(cells)`` trials.
     """
 
-    fitness: Any
-    caught_at: Any
-    steps: Any
-    cells: Any
-    actions: Any
+    fitness: Array
+    caught_at: Array
+    steps: Array
+    cells: Array
+    actions: Array
 
 
 def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
@@ -95,7 +96,7 @@ def _entrants(side: Side) -> Entrants:
 
 
 @rule
-def choose_entrant(entrants: Entrants, agent: int, seen: Any, memory: Any, at: int) -> Any:
+def choose_entrant(entrants: Entrants, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
     """Return the action of one agent; see :func:`predprey_env.policies.protocol.choose`."""
     if entrants.script.number != 0:
         return follow(entrants.script, agent, seen, memory, at)
@@ -113,7 +114,7 @@ sees_team.register(Entrants, entrants_read_team)
 
 
 @rule
-def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
+def _gather(side: Side, first_trial: int, active: int, weights: FloatRows) -> None:
     """Copy the gene strings of a block's teams into lanes; lanes without a trial repeat the first."""
     n_agents, n_networks, n_hidden = side.indices.shape[1:]
     row = 0
@@ -129,7 +130,7 @@ def _gather(side: Side, first_trial: int, active: int, weights: Any) -> None:
 
 
 @rule
-def seed_of(start: Any) -> int:
+def seed_of(start: Array) -> int:
     """Return the seed with which both teams are reset in an episode.
 
     The seed depends on ``start``, int32 ``(n_agents, 2)``, alone, so that an episode does not depend on the other
@@ -143,7 +144,7 @@ def seed_of(start: Any) -> int:
 
 
 @rule
-def _begin(memory: Memory, lane: int, starts: Any, trial: int, outcome: Outcome) -> None:
+def _begin(memory: Memory, lane: int, starts: Array, trial: int, outcome: Outcome) -> None:
     """Set a lane's world to the start of its episode."""
     start = starts[trial, memory.episode[lane]]
     begin(memory.block, lane, start, seed_of(start))
@@ -179,7 +180,7 @@ def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome
 
 @rule
 def _load_block(
-    predators: Side, prey: Side, starts: Any, first_trial: int, active: int, outcome: Outcome, memory: Memory
+    predators: Side, prey: Side, starts: Array, first_trial: int, active: int, outcome: Outcome, memory: Memory
 ) -> None:
     """Copy the teams of a block's trials into lanes, and set every lane to its first start."""
     _gather(predators, first_trial, active, memory.predators.networks.weights)
@@ -192,7 +193,7 @@ def _load_block(
 
 
 @rule
-def _end_episodes(memory: Memory, starts: Any, first_trial: int, active: int, rules: Rules, outcome: Outcome) -> int:
+def _end_episodes(memory: Memory, starts: Array, first_trial: int, active: int, rules: Rules, outcome: Outcome) -> int:
     """Score the lanes whose episode is over, and start their next. Return the number of lanes without a next one."""
     finished = 0
     for lane in range(active):
@@ -208,7 +209,7 @@ def _end_episodes(memory: Memory, starts: Any, first_trial: int, active: int, ru
 
 
 @entry_point
-def play_blocks(rules: Rules, predators: Side, prey: Side, starts: Any, outcome: Outcome, memory: Memory) -> None:
+def play_blocks(rules: Rules, predators: Side, prey: Side, starts: Array, outcome: Outcome, memory: Memory) -> None:
     """Play trials, in blocks of ``LANES``."""
     block = memory.block
     for first_trial in range(0, len(starts), LANES):

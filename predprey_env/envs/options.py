@@ -5,15 +5,18 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 from predprey_env.settings import brief
+
+Options: TypeAlias = Mapping[str, Any]
+"""Options of a reset, by name."""
 
 OPTIONS = ("starts", "reset_mask")
 """Names of all options; `reset_mask` is only for environments with many worlds."""
 
 
-def read_options(options: Any, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
+def read_options(options: object, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
     """Return the options of a reset by name.
 
     Raises :class:`ValueError` for a name that looks like a misspelt option of ours, and for an option that only our

@@ -13,9 +13,10 @@ from predprey_env.agents import PREFIXES, check_agents, read_action
 from predprey_env.config import TEAMS, EnvConfig, Rules
 from predprey_env.envs.fixed import Configured
 from predprey_env.envs.inputs import read_seed
-from predprey_env.envs.options import read_options
+from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.values import Array, FloatRows, IntegerRows
 from predprey_env.rendering import text
 from predprey_env.rendering.extra import require_pygame
 from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
@@ -35,7 +36,9 @@ Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str
 
 
 @entry_point
-def _advance(world: World, actions: Any, turn: int, steps: int, rules: Rules, seen: Any, scores: Any) -> bool:
+def _advance(
+    world: World, actions: IntegerRows, turn: int, steps: int, rules: Rules, seen: FloatRows, scores: Array
+) -> bool:
     """Play a turn; write observations and fitness, and return whether the episode ends."""
     take_turn(world, actions, turn, rules)
     row = 0
@@ -138,7 +141,7 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
         return self.action_spaces[agent]
 
     def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
+        self, seed: int | None = None, options: Options | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
         """Start an episode at random positions, or at ``options={"starts": (n_agents, 2) cells}``."""
         starts = read_options(options, ("starts",)).get("starts")

@@ -13,6 +13,7 @@ from pettingzoo import ParallelEnv
 from predprey_env.agents import PREFIXES, check_agents, other_team, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Opposed, read_only
+from predprey_env.envs.options import Options
 from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
 from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed, own_copy
 
@@ -119,7 +120,7 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         return self.action_spaces[agent]
 
     def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
+        self, seed: int | None = None, options: Options | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
         """Start an episode; the opponent's seed is sampled after the start positions."""
         with self._all_or_nothing():

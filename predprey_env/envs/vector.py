@@ -17,7 +17,7 @@ from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.inputs import read_actions, read_mask, read_mode, read_seeds
-from predprey_env.envs.options import read_options
+from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.spaces import action_space, observation_space
 from predprey_env.envs.worlds import (
     count,
@@ -176,7 +176,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return tuple(self._seeded(world)[1] for world in range(self.n_worlds))
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
     ) -> tuple[np.ndarray, Infos]:
         """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` those whose rows are marked.
 
@@ -225,7 +225,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         rewards, terminated, truncated = (array.ravel() for array in results)
         return observations, rewards, terminated, truncated, infos
 
-    def _read_options(self, options: dict[str, Any] | None) -> tuple[np.ndarray, np.ndarray | None]:
+    def _read_options(self, options: Options | None) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the indices of the worlds that start, and their starts, None for random starts."""
         options = read_options(options)
         which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)

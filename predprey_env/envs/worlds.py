@@ -6,7 +6,7 @@ start again until :func:`place` is called.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,8 @@ from predprey_env.engine import (
 )
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, lane_zeros, load, store, where
-from predprey_env.policies.protocol import MEMORY
+from predprey_env.jit.values import Array, FloatRows, IntegerRows
+from predprey_env.policies.protocol import MEMORY, Player
 from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, count_alive, is_over
 from predprey_env.rules.observation import observe
 
@@ -35,7 +36,7 @@ class Worlds(NamedTuple):
 
     blocks: Block
     """int32 ``(n_blocks, rows, LANES)``."""
-    over: Any
+    over: Array
     """1 where the episode is over, else 0; there the opponents no longer choose, and stay where they are: int32
     ``(n_blocks, 1, LANES)``."""
 
@@ -48,9 +49,9 @@ class Worlds(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch memory of the kernels."""
 
-    seen: Any
+    seen: FloatRows
     """Observations of a team: float32 ``(rows, LANES)``."""
-    memory: Any
+    memory: IntegerRows
     """int32 ``(rows, LANES)``."""
     one: World
     """A single world, for computing the fitness."""
@@ -59,22 +60,22 @@ class Scratch(NamedTuple):
 class Results(NamedTuple):
     """Results of a step for each agent of the team: ``(n_worlds, n_agents)``."""
 
-    rewards: Any
+    rewards: Array
     """Reward: float64."""
-    terminated: Any
+    terminated: Array
     """True if all prey are caught: bool."""
-    truncated: Any
+    truncated: Array
     """True if the time is up and some prey are free: bool."""
 
 
 class Counts(NamedTuple):
     """Infos of each agent of the team: int64 ``(n_worlds, n_agents)``."""
 
-    captured: Any
+    captured: Array
     """1 for a caught prey, else 0."""
-    n_captured: Any
+    n_captured: Array
     """Number of prey caught in the world."""
-    steps: Any
+    steps: Array
     """Number of time steps begun."""
 
 
@@ -125,7 +126,7 @@ def _turn_of(team: TeamRows) -> int:
 
 
 @rule
-def _choose(worlds: Worlds, at: int, opponents: TeamRows, player: Any, rules: Rules, scratch: Scratch) -> None:
+def _choose(worlds: Worlds, at: int, opponents: TeamRows, player: Player, rules: Rules, scratch: Scratch) -> None:
     """Let every opponent observe and choose; where the episode is over, it keeps its old memory and its cell."""
     block, over = _block(worlds, at), load(worlds.over[at], 0) != 0
     # A rule cannot skip single lanes: all lanes choose, then the memory of those that are over is restored.
@@ -147,7 +148,7 @@ def _stay(worlds: Worlds, at: int, team: TeamRows) -> None:
 
 
 @rule
-def _write(worlds: Worlds, at: int, team: TeamRows, actions: Any) -> None:
+def _write(worlds: Worlds, at: int, team: TeamRows, actions: Array) -> None:
     """Write a team's actions, int32 ``(n_worlds, n_agents)``, to a block."""
     for lane in range(min(LANES, len(actions) - at * LANES)):
         for agent in range(team.n_agents):
@@ -158,7 +159,7 @@ def _write(worlds: Worlds, at: int, team: TeamRows, actions: Any) -> None:
 
 
 @entry_point
-def place(worlds: Worlds, which: Any, starts: Any, seeds: Any) -> None:
+def place(worlds: Worlds, which: Array, starts: Array, seeds: Array) -> None:
     """Start an episode in the worlds ``which``, int64 ``(n,)``, from cells int32 ``(n, n_agents, 2)``.
 
     The random choices of the opponents follow from ``seeds``, int64 ``(n,)``.
@@ -170,7 +171,7 @@ def place(worlds: Worlds, which: Any, starts: Any, seeds: Any) -> None:
 
 
 @entry_point
-def forget(worlds: Worlds, seeds: Any) -> None:
+def forget(worlds: Worlds, seeds: Array) -> None:
     """Reset the opponents' memory in all worlds to its state at the start of an episode, from ``seeds``, int64
     ``(n_worlds,)``.
     """
@@ -179,7 +180,7 @@ def forget(worlds: Worlds, seeds: Any) -> None:
 
 
 @entry_point
-def move_team(worlds: Worlds, team: TeamRows, rules: Rules, actions: Any) -> None:
+def move_team(worlds: Worlds, team: TeamRows, rules: Rules, actions: Array) -> None:
     """Write the team's actions, int32 ``(n_worlds, n_agents)``, and play them if teams move in turns."""
     for at in range(len(worlds.over)):
         _write(worlds, at, team, actions)
@@ -188,7 +189,7 @@ def move_team(worlds: Worlds, team: TeamRows, rules: Rules, actions: Any) -> Non
 
 
 @entry_point
-def move_opponents(worlds: Worlds, opponents: TeamRows, player: Any, rules: Rules, scratch: Scratch) -> None:
+def move_opponents(worlds: Worlds, opponents: TeamRows, player: Player, rules: Rules, scratch: Scratch) -> None:
     """Let compiled opponents choose, and play their actions: together with the team's, or in a turn of their own."""
     turn = _turn_of(opponents) if rules.prey_first else EVERYBODY
     for at in range(len(worlds.over)):
@@ -197,7 +198,7 @@ def move_opponents(worlds: Worlds, opponents: TeamRows, player: Any, rules: Rule
 
 
 @entry_point
-def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, actions: Any) -> None:
+def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, actions: Array) -> None:
     """Play the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``, as :func:`move_opponents`."""
     turn = _turn_of(opponents) if rules.prey_first else EVERYBODY
     for at in range(len(worlds.over)):
@@ -207,7 +208,7 @@ def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, actions: Any) -
 
 
 @entry_point
-def look(worlds: Worlds, team: TeamRows, rules: Rules, scratch: Scratch, views: Any) -> None:
+def look(worlds: Worlds, team: TeamRows, rules: Rules, scratch: Scratch, views: Array) -> None:
     """Write the observations of every agent of a team to ``views``, float32 ``(n_worlds, n_agents, n_seen)``."""
     for at in range(len(worlds.over)):
         for agent in range(team.n_agents):
@@ -218,7 +219,7 @@ def look(worlds: Worlds, team: TeamRows, rules: Rules, scratch: Scratch, views: 
 
 
 @entry_point
-def score(worlds: Worlds, rules: Rules, scratch: Scratch, which: Any, scores: Any) -> None:
+def score(worlds: Worlds, rules: Rules, scratch: Scratch, which: Array, scores: Array) -> None:
     """Write every agent's fitness in the worlds ``which``, as if the episode ended now, to ``scores``.
 
     ``scores`` is float64 ``(n_worlds, n_agents)``.
@@ -229,7 +230,7 @@ def score(worlds: Worlds, rules: Rules, scratch: Scratch, which: Any, scores: An
 
 @entry_point
 def judge(
-    worlds: Worlds, team: TeamRows, rules: Rules, dense: bool, scratch: Scratch, scores: Any, results: Results
+    worlds: Worlds, team: TeamRows, rules: Rules, dense: bool, scratch: Scratch, scores: Array, results: Results
 ) -> None:
     """Write the rewards and flags of a step to ``results``.
 

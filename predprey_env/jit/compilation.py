@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import resolve_name
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numba
 from numba import njit, types
@@ -26,10 +26,11 @@ from numba.core.registry import CPUDispatcher
 
 from predprey_env.jit import floats, lanes
 
-Compiled = TypeVar("Compiled", bound=Callable[..., Any])
+Function: TypeAlias = Callable[..., Any]
+Compiled = TypeVar("Compiled", bound=Function)
 
 
-def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> set[str]:
+def source_files(function: Function, classes: Iterable[type] = ()) -> set[str]:
     """Return the files that a function's machine code depends on.
 
     These are the files of the function, of every compiled function that it calls, directly or not, of the modules whose
@@ -38,7 +39,7 @@ def source_files(function: Callable[..., Any], classes: Iterable[type] = ()) -> 
     """
     files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
     files |= {_file_of(known) for known in classes}
-    seen: set[Callable[..., Any]] = set()
+    seen: set[Function] = set()
     while pending:
         current = pending.pop()
         seen.add(current)
@@ -122,7 +123,7 @@ class _DigestCache(caching.FunctionCache):
     program.
     """
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: object, target_context: object) -> object:
         """Return the machine code for a signature, or None."""
         with self._as_far_as_possible():
             try:
@@ -131,7 +132,7 @@ class _DigestCache(caching.FunctionCache):
                 self.flush()
         return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: object, data: object) -> None:
         """Write machine code to the cache, if there is room."""
         with self._as_far_as_possible():
             super().save_overload(sig, data)
@@ -154,10 +155,10 @@ class _DigestCache(caching.FunctionCache):
 class _NoCache(caching.NullCache):
     """A cache that stores nothing."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Function) -> None:
         self._file = _file_of(function)
 
-    def load_overload(self, _sig: Any, _target_context: Any) -> None:
+    def load_overload(self, _sig: object, _target_context: object) -> None:
         """Return None, and warn that the code is compiled at every start although a writable directory would prevent
         it.
         """
@@ -173,7 +174,7 @@ If the file were read only when the rule is compiled, after an edit, the old rul
 new one's."""
 
 
-def _remember(function: Callable[..., Any]) -> None:
+def _remember(function: Function) -> None:
     file = _file_of(function)
     if Path(file).is_file():
         _DEFINED[file] = Path(file).read_bytes()

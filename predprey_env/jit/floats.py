@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.extending import intrinsic, overload
 
 from predprey_env.jit.lanes import FLOATS, INTEGERS, LANES, Lanes, is_lanes, row_pointer, spread
+from predprey_env.jit.values import FloatRows, Value, Values
 
 _I32 = ir.IntType(32)
 
@@ -21,7 +21,7 @@ The sum holds the integer, biased like an exponent, in its lowest bits. Subtract
 integer."""
 
 
-def _llvm(builder: Any, name: str, *values: Any) -> Any:
+def _llvm(builder: ir.IRBuilder, name: str, *values: ir.Value) -> ir.Value:
     """Call an LLVM floating-point intrinsic on numbers or on vectors."""
     kind = values[0].type
     suffix = f"v{LANES}f32" if isinstance(kind, ir.VectorType) else "f32"
@@ -29,15 +29,15 @@ def _llvm(builder: Any, name: str, *values: Any) -> Any:
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{suffix}"), values)
 
 
-def _as_integers(kind: Any) -> Any:
+def _as_integers(kind: ir.Type) -> ir.Type:
     return ir.VectorType(_I32, LANES) if isinstance(kind, ir.VectorType) else _I32
 
 
-def _constant(kind: Any, number: int) -> Any:
+def _constant(kind: ir.Type, number: int) -> ir.Constant:
     return ir.Constant(kind, [number] * LANES if isinstance(kind, ir.VectorType) else number)
 
 
-def fma(a: Any, b: Any, c: Any) -> Any:
+def fma(a: Value, b: Value, c: Value) -> Value:
     """Return ``a * b + c`` of 32-bit floats, rounded once."""
     product, term = np.float64(a) * np.float64(b), np.float64(c)  # the product is exact
     total = product + term
@@ -61,7 +61,9 @@ def _fma(_context, a, b, c):
     return result(a, b, c), codegen
 
 
-def _cast_to_float(context: Any, builder: Any, _float32: Any, given: types.Type, value: Any) -> Any:
+def _cast_to_float(
+    context: BaseContext, builder: ir.IRBuilder, _float32: types.Type, given: types.Type, value: ir.Value
+) -> ir.Value:
     return context.cast(builder, value, given, types.float32)
 
 
@@ -70,7 +72,7 @@ def _fma_overload(a, b, c):
     return lambda a, b, c: _fma(a, b, c)
 
 
-def power_of_two(shifted: Any) -> Any:
+def power_of_two(shifted: Value) -> Value:
     """Return ``2 ** n`` of a 32-bit float that holds ``n`` in its lowest bits.
 
     ``shifted`` is the sum of :data:`ROUNDER` and a number that rounds to ``n``, in [-126, 127].
@@ -93,7 +95,7 @@ def _power_of_two_overload(shifted):
     return lambda shifted: _power_of_two(shifted)
 
 
-def as_float(a: Any) -> Any:
+def as_float(a: Value) -> Value:
     """Return an integer as a 32-bit float."""
     return np.float32(a)
 
@@ -111,7 +113,7 @@ def _as_float(a):
     return (lambda a: _lanes_as_float(a)) if is_lanes(a) else (lambda a: np.float32(a))
 
 
-def as_integer(a: Any) -> Any:
+def as_integer(a: Value) -> Value:
     """Return a float as a 32-bit integer, rounded towards zero."""
     return np.int32(a)
 
@@ -129,7 +131,7 @@ def _as_integer(a):
     return (lambda a: _lanes_as_integer(a)) if is_lanes(a) else (lambda a: np.int32(a))
 
 
-def zeros(weights: Any, blank: tuple[Any, ...]) -> Any:
+def zeros(weights: FloatRows, blank: Values) -> Values:
     """Return as many zeros as ``blank`` has entries: 32-bit floats, or lanes if the rows of ``weights`` are lanes."""
     return tuple(weights[0] * 0 for _ in blank)
 
@@ -150,7 +152,7 @@ def _zeros_overload(weights, blank):
     return lambda weights, blank: _zeros(weights, blank)
 
 
-def add_products(sums: tuple[Any, ...], weights: Any, row: int, factor: Any) -> Any:
+def add_products(sums: Values, weights: FloatRows, row: int, factor: Value) -> Values:
     """Return each sum plus its weight times one factor, rounded once.
 
     The weights are the rows of ``weights`` from ``row`` on. The sums are a tuple, whose length is part of its type, so

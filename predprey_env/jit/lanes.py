@@ -20,14 +20,20 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import TypeAlias
 
 import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core.datamodel import models
+from numba.core.base import BaseContext
+from numba.core.datamodel import DataModelManager, models
 from numba.extending import intrinsic, overload, register_model
+
+from predprey_env.jit.values import FloatRows, IntegerRows, Mask, Value
+
+Emit: TypeAlias = Callable[..., ir.Value]
+"""A function that writes the instructions of an operation."""
 
 LANES = 16
 """Number of worlds played side by side: two AVX2 registers or one AVX-512 register of 32-bit numbers."""
@@ -46,7 +52,7 @@ class Lanes(types.Type):
 
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, lanes: Lanes) -> None:
+    def __init__(self, manager: DataModelManager, lanes: Lanes) -> None:
         super().__init__(manager, lanes, ir.VectorType(_ELEMENTS[lanes.element], LANES))
 
 
@@ -54,12 +60,12 @@ FLOATS, INTEGERS, _MASK = Lanes(types.float32), Lanes(types.int32), Lanes(types.
 _OF_ELEMENT = {types.float32: FLOATS, types.int32: INTEGERS}
 
 
-def is_lanes(*values: Any) -> bool:
+def is_lanes(*values: types.Type) -> bool:
     """Return whether any of the given Numba types is :class:`Lanes`."""
     return any(isinstance(value, Lanes) for value in values)
 
 
-def spread(context: Any, builder: Any, lanes: Lanes, given: types.Type, value: Any) -> Any:
+def spread(context: BaseContext, builder: ir.IRBuilder, lanes: Lanes, given: types.Type, value: ir.Value) -> ir.Value:
     """Return a vector: lanes unchanged, or a number cast to the element type and repeated in every lane."""
     if isinstance(given, Lanes):
         return value
@@ -88,7 +94,7 @@ def lane_zeros(kind: type, *shape: int) -> np.ndarray:
 # -- arithmetic and comparison ------------------------------------------------------------------------------------
 
 
-def _define_operator(python_operator: Callable[..., Any], emit: Callable[..., Any], *, gives_mask: bool) -> None:
+def _define_operator(python_operator: Callable[..., Value], emit: Emit, *, gives_mask: bool) -> None:
     @intrinsic
     def lanes_operator(_context, a, b):
         lanes = a if isinstance(a, Lanes) else b
@@ -104,12 +110,12 @@ def _define_operator(python_operator: Callable[..., Any], emit: Callable[..., An
         return (lambda a, b: lanes_operator(a, b)) if is_lanes(a, b) else None
 
 
-def _arithmetic(of_floats: str, of_integers: str) -> Callable[..., Any]:
+def _arithmetic(of_floats: str, of_integers: str) -> Emit:
     return lambda builder, lanes, a, b: getattr(builder, of_floats if lanes is FLOATS else of_integers)(a, b)
 
 
-def _comparison(symbol: str) -> Callable[..., Any]:
-    def emit(builder: Any, lanes: Lanes, a: Any, b: Any) -> Any:
+def _comparison(symbol: str) -> Emit:
+    def emit(builder: ir.IRBuilder, lanes: Lanes, a: ir.Value, b: ir.Value) -> ir.Value:
         if lanes is not FLOATS:
             return builder.icmp_signed(symbol, a, b)
         # NaN is unequal to everything, and every other comparison with it is false.
@@ -133,7 +139,7 @@ _define_operator(operator.ne, _comparison("!="), gives_mask=True)
 # -- selection, memory --------------------------------------------------------------------------------------------
 
 
-def where(mask: Any, a: Any, b: Any) -> Any:
+def where(mask: Mask, a: Value, b: Value) -> Value:
     """Return ``a`` where the mask holds, else ``b``; both are always evaluated."""
     return a if mask else b
 
@@ -160,7 +166,7 @@ def _where(mask, a, b):
     return lambda mask, a, b: a if mask else b
 
 
-def any_of(mask: Any) -> bool:
+def any_of(mask: Mask) -> bool:
     """Return whether the mask holds in any lane."""
     return bool(mask)
 
@@ -179,17 +185,19 @@ def _any_of(mask):
     return (lambda mask: _any_lane(mask)) if is_lanes(mask) else (lambda mask: mask)
 
 
-def load(array: Any, row: int) -> Any:
+def load(array: FloatRows | IntegerRows, row: int) -> Value:
     """Return the value in a row of an array of shape ``(rows,)`` or ``(rows, LANES)``, C-contiguous."""
     return array[row]
 
 
-def store(array: Any, row: int, value: Any) -> None:
+def store(array: FloatRows | IntegerRows, row: int, value: Value) -> None:
     """Put a value into a row of an array of shape ``(rows,)`` or ``(rows, LANES)``, C-contiguous."""
     array[row] = value
 
 
-def row_pointer(context: Any, builder: Any, array_type: types.Array, array: Any, row: Any) -> Any:
+def row_pointer(
+    context: BaseContext, builder: ir.IRBuilder, array_type: types.Array, array: ir.Value, row: ir.Value
+) -> ir.Value:
     """Return a vector pointer to the beginning of a row of an array of shape ``(rows, LANES)``."""
     base = context.make_array(array_type)(context, builder, array).data
     start = builder.gep(base, [builder.mul(row, row.type(LANES))])

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import as_float
 from predprey_env.jit.lanes import where
+from predprey_env.jit.values import Value
 
 _LOW_BITS = (1 << 31) - 1
 _FACTOR = np.int64(1664525)  # 64 bits, because uncompiled NumPy would multiply by a 32-bit state in 32 bits
@@ -25,13 +24,13 @@ def scramble(seed: int, agent: int) -> int:
 
 
 @rule
-def next_state(state: Any) -> Any:
+def next_state(state: Value) -> Value:
     """Return the next state: a linear congruential generator modulo 2**31."""
     return (state * _FACTOR + 1013904223) & _LOW_BITS
 
 
 @rule
-def pick(state: Any, n: int) -> Any:
+def pick(state: Value, n: int) -> Value:
     """Return an integer in ``0 .. n - 1`` from the high bits of a state, which are the random ones."""
     part = (1 << 31) // n
     picked = where(state >= part, 1, 0)
@@ -41,7 +40,7 @@ def pick(state: Any, n: int) -> Any:
 
 
 @rule
-def unit_float(state: Any) -> Any:
+def unit_float(state: Value) -> Value:
     """Return a 32-bit float in [0, 1] from a state.
 
     It is 1 only for the last 64 of the 2**31 states, which round up to 1.

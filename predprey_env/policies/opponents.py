@@ -11,7 +11,7 @@ import numpy as np
 
 from predprey_env.agents import read_action
 from predprey_env.config import EnvConfig, TeamName
-from predprey_env.policies.protocol import Policy, choose
+from predprey_env.policies.protocol import Player, Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 from predprey_env.settings import brief
 
@@ -83,7 +83,9 @@ def _check_call(function: Callable[..., Any], call: str, otherwise: str) -> None
         raise ValueError(f"{otherwise}: {error}") from None
 
 
-def compiled_player(policy: Policy, team: TeamName, env: EnvConfig, lanes: int, named: str = "opponent") -> Any:
+def compiled_player(
+    policy: Policy, team: TeamName, env: EnvConfig, lanes: int, named: str = "opponent"
+) -> Player | None:
     """Return a policy's player in compiled code, None if it has none; raise :class:`ValueError` if it cannot play.
 
     The player's class must have a rule of its own, because Numba would take a player of another class with the same

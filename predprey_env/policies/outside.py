@@ -10,12 +10,12 @@ from predprey_env.agents import PREFIXES
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy
-from predprey_env.policies.protocol import Policy
+from predprey_env.policies.protocol import Player, Policy
 
 
 def seat(
     opponent: Opponent, team: TeamName, config: EnvConfig, n_worlds: int
-) -> tuple[Policy, OutsideTeam | None, Any]:
+) -> tuple[Policy, OutsideTeam | None, Player | None]:
     """Return an opponent's policy, the :class:`OutsideTeam` that asks it in Python, and its player in compiled code.
 
     One of the two is None: a policy without a player is asked in Python.

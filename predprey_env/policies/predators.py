@@ -7,14 +7,13 @@ Intelligence, 1992). A script that names no source is this project's own.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from predprey_env.config import IDLE
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import as_float, as_integer
 from predprey_env.jit.lanes import load, store, where
+from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.sight import FAR, nearest, towards
 from predprey_env.rules.torus import magnitude
 
@@ -22,14 +21,14 @@ HALF, ZERO = np.float32(0.5), np.float32(0.0)
 
 
 @rule
-def greedy_chase(seen: Any, n_opponents: int, n_actions: int) -> Any:
+def greedy_chase(seen: FloatRows, n_opponents: int, n_actions: int) -> Value:
     """Run straight at the nearest free prey: Korf's attraction (1992), without his repulsion between predators."""
     dx, dy, length = nearest(seen, n_opponents)
     return where(length < FAR, towards(dx, dy), n_actions - 1)
 
 
 @rule
-def _in_step(length: Any, action: Any, n_actions: int, in_turns: bool) -> Any:
+def _in_step(length: Value, action: Value, n_actions: int, in_turns: bool) -> Value:
     """Return the action, or idle if the prey is an odd distance away (an even one where predators move after the prey).
 
     On an even torus, if all agents move, the parity of a distance never changes, and a predator that moves at the same
@@ -41,7 +40,7 @@ def _in_step(length: Any, action: Any, n_actions: int, in_turns: bool) -> Any:
 
 
 @rule
-def parity_chase(seen: Any, n_opponents: int, n_actions: int, in_turns: bool) -> Any:
+def parity_chase(seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool) -> Value:
     """Chase greedily, but idle when the nearest free prey is an odd distance away (an even one where teams move in
     turns). This happens once for each prey that the predator turns to. A predator that may not idle plays the greedy
     chase.
@@ -51,7 +50,7 @@ def parity_chase(seen: Any, n_opponents: int, n_actions: int, in_turns: bool) ->
 
 
 @rule
-def intercept(seen: Any, n_opponents: int, n_actions: int, in_turns: bool, memory: Any, at: int) -> Any:
+def intercept(seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool, memory: IntegerRows, at: int) -> Value:
     """Aim ahead of the nearest free prey (lead pursuit): where it will be if it keeps its last move for half as many
     steps as it is away. The predator idles as in :func:`parity_chase`.
     """
@@ -68,7 +67,7 @@ def intercept(seen: Any, n_opponents: int, n_actions: int, in_turns: bool, memor
 
 
 @rule
-def surround(agent: int, seen: Any, n_opponents: int, n_actions: int, in_turns: bool) -> Any:
+def surround(agent: int, seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool) -> Value:
     """Come from the west, the east, the south or the north, one role for each agent in turn (the sides of Benda et al.,
     1986). The predator aims at a point on its own side of the nearest free prey, half as far from the prey as the
     predator is, and idles as in :func:`parity_chase`.

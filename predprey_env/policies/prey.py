@@ -7,22 +7,21 @@ Learning in Multiagent Systems, 1995); C. H. Yong, R. Miikkulainen, *Cooperative
 
 from __future__ import annotations
 
-from typing import Any
-
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store, where
+from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.sight import nearest, towards
 
 
 @rule
-def flee_nearest(seen: Any, n_opponents: int) -> Any:
+def flee_nearest(seen: FloatRows, n_opponents: int) -> Value:
     """Run straight away from the nearest predator: the fixed prey of Yong & Miikkulainen (2001)."""
     dx, dy, _ = nearest(seen, n_opponents)
     return towards(0 - dx, 0 - dy)
 
 
 @rule
-def flee_centroid(seen: Any, n_opponents: int) -> Any:
+def flee_centroid(seen: FloatRows, n_opponents: int) -> Value:
     """Run away from the predators' centroid, which is the mean of the shortest offsets to them."""
     dx, dy = load(seen, 0), load(seen, 1)
     for opponent in range(1, n_opponents):
@@ -31,7 +30,7 @@ def flee_centroid(seen: Any, n_opponents: int) -> Any:
 
 
 @rule
-def run_straight(seen: Any, n_opponents: int, memory: Any, at: int) -> Any:
+def run_straight(seen: FloatRows, n_opponents: int, memory: IntegerRows, at: int) -> Value:
     """Run away from the nearest predator at the start and never turn, so that predators behind stay behind. Based on
     the linear prey of Haynes & Sen (1995), whose direction is random.
     """

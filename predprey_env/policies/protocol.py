@@ -5,18 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 from operator import index
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numba.extending import overload
 
 from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
 from predprey_env.settings import brief
 
 MEMORY = 4
 """Number of int32 rows of memory that a compiled player has for each of its agents."""
 
+
+Player: TypeAlias = Any
+"""A team in compiled code: a named tuple for whose class :data:`choose` has a rule. Its arrays are laid out for one
+world or for a block of worlds."""
 
 _PREY = 1 << 20  # added to the index of a prey, so that no prey shares its random numbers with a predator
 
@@ -31,7 +36,7 @@ def first_memory(seed: int, prey: bool, agent: int, row: int) -> int:
 
 
 @entry_point
-def _begin(memory: Any, seed: int, prey: bool, agent: int) -> None:
+def _begin(memory: IntegerRows, seed: int, prey: bool, agent: int) -> None:
     for row in range(MEMORY):
         memory[row] = first_memory(seed, prey, agent, row)
 
@@ -125,7 +130,7 @@ class _Choose(_Generic):
         at: Index of the first of the agent's :data:`MEMORY` rows.
     """
 
-    def __call__(self, player: Any, agent: int, seen: Any, memory: Any, at: int) -> Any:
+    def __call__(self, player: Player, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
         if type(player) not in self.registry:
             raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
         return self.registry[type(player)](player, agent, seen, memory, at)
@@ -138,7 +143,7 @@ class _SeesTeam(_Generic):
     ``rule(player) -> bool``.
     """
 
-    def __call__(self, player: Any) -> bool:
+    def __call__(self, player: Player) -> bool:
         rule = self.registry.get(type(player))
         return False if rule is None else bool(rule(player))
 
@@ -158,7 +163,7 @@ def _choose(player, agent, seen, memory, at):  # type: ignore[no-untyped-def]
 
 
 @rule
-def _sees_itself(player: Any) -> bool:
+def _sees_itself(player: Player) -> bool:
     return False
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import PurePath
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import load, store
+from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import next_state, pick
 from predprey_env.policies.names import SCRIPTS
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
@@ -49,7 +50,7 @@ class Script(NamedTuple):
 
 
 @rule
-def follow(script: Script, agent: int, seen: Any, memory: Any, at: int) -> Any:
+def follow(script: Script, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
     """Return the action of one agent of a scripted team; see :func:`predprey_env.policies.protocol.choose`."""
     number, n_opponents, n_actions, in_turns = script
     if number == GREEDY_CHASE:
@@ -75,11 +76,11 @@ choose.register(Script, follow)
 
 
 @entry_point
-def _act(script: Script, agent: int, seen: Any, memory: Any) -> int:
+def _act(script: Script, agent: int, seen: FloatRows, memory: IntegerRows) -> int:
     return follow(script, agent, seen, memory, 0)  # type: ignore[no-any-return]
 
 
-def how_to_load(name: Any) -> str:
+def how_to_load(name: object) -> str:
     """Return a hint on how to load an evolved team, to add to an error about its name or path.
 
     This package cannot read evolved teams. The hint is empty if the name does not look like one.

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, where
+from predprey_env.jit.values import FloatRows, Value
 from predprey_env.rules.torus import magnitude, manhattan
 
 FAR = 1 << 20
@@ -13,7 +12,7 @@ FAR = 1 << 20
 
 
 @rule
-def nearest(seen: Any, n_opponents: int) -> Any:
+def nearest(seen: FloatRows, n_opponents: int) -> Value:
     """Return the offset ``(dx, dy)`` of the nearest opponent, and its distance; caught opponents, at (0, 0), are
     skipped.
     """
@@ -30,6 +29,6 @@ def nearest(seen: Any, n_opponents: int) -> Any:
 
 
 @rule
-def towards(dx: Any, dy: Any) -> Any:
+def towards(dx: Value, dy: Value) -> Value:
     """Return the move that shortens the longer leg of an offset; the x leg if both are equally long."""
     return where(magnitude(dx) >= magnitude(dy), where(dx > 0, 0, 1), where(dy > 0, 2, 3))

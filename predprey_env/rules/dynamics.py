@@ -5,29 +5,30 @@ Agents are rows, predators first. All functions change a :class:`World` in place
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from predprey_env.config import Rules
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store, where
+from predprey_env.jit.values import IntegerRows, Mask, Value
 from predprey_env.rules.torus import wrap
 
 
 class World(NamedTuple):
     """Positions and survivors of one world, or of a block of worlds with a last axis of ``LANES``."""
 
-    x: Any
+    x: IntegerRows
     """Columns, in cells, in [0, size): int32 ``(n_agents,)``. East is +1."""
 
-    y: Any
+    y: IntegerRows
     """Rows, in cells, in [0, size): int32 ``(n_agents,)``. North is +1."""
 
-    alive: Any
+    alive: IntegerRows
     """1 for a free prey, 0 for a caught one: int32 ``(n_prey,)``."""
 
 
 @rule
-def target(world: World, agent: int, action: Any, size: int) -> Any:
+def target(world: World, agent: int, action: Value, size: int) -> tuple[Value, Value]:
     """Return the cell ``(x, y)`` that an action leads to: 0 east, 1 west, 2 north, 3 south, 4 idle."""
     east_west = where(action == 0, 1, where(action == 1, -1, 0))
     north_south = where(action == 2, 1, where(action == 3, -1, 0))
@@ -35,7 +36,7 @@ def target(world: World, agent: int, action: Any, size: int) -> Any:
 
 
 @rule
-def move_predators(world: World, actions: Any, rules: Rules) -> None:
+def move_predators(world: World, actions: IntegerRows, rules: Rules) -> None:
     """Move every predator by its action."""
     for predator in range(rules.n_predators):
         x, y = target(world, predator, load(actions, predator), rules.size)
@@ -44,7 +45,7 @@ def move_predators(world: World, actions: Any, rules: Rules) -> None:
 
 
 @rule
-def move_prey(world: World, actions: Any, rules: Rules) -> None:
+def move_prey(world: World, actions: IntegerRows, rules: Rules) -> None:
     """Move every free prey by its action; a caught prey stays where it is."""
     for prey in range(rules.n_prey):
         agent = rules.n_predators + prey
@@ -67,7 +68,7 @@ def capture(world: World, rules: Rules) -> None:
 
 
 @rule
-def capture_swaps(world: World, actions: Any, rules: Rules) -> None:
+def capture_swaps(world: World, actions: IntegerRows, rules: Rules) -> None:
     """Mark as caught every prey that is about to trade cells with a predator; call it before the moves."""
     for prey in range(rules.n_prey):
         agent = rules.n_predators + prey
@@ -82,7 +83,7 @@ def capture_swaps(world: World, actions: Any, rules: Rules) -> None:
 
 
 @rule
-def step(world: World, actions: Any, rules: Rules) -> None:
+def step(world: World, actions: IntegerRows, rules: Rules) -> None:
     """Play one time step in which all agents move at once.
 
     ``actions`` is int32 ``(n_agents,)``; the actions of caught prey are ignored.
@@ -95,14 +96,14 @@ def step(world: World, actions: Any, rules: Rules) -> None:
 
 
 @rule
-def prey_turn(world: World, actions: Any, rules: Rules) -> None:
+def prey_turn(world: World, actions: IntegerRows, rules: Rules) -> None:
     """Play the first half of a time step in turns: the prey move, and the predators see it before they choose."""
     move_prey(world, actions, rules)
     capture(world, rules)
 
 
 @rule
-def predators_turn(world: World, actions: Any, rules: Rules) -> None:
+def predators_turn(world: World, actions: IntegerRows, rules: Rules) -> None:
     """Play the second half of a time step in turns: the predators move."""
     move_predators(world, actions, rules)
     capture(world, rules)
@@ -113,7 +114,7 @@ NOBODY, EVERYBODY, PREY, PREDATORS = range(4)
 
 
 @rule
-def take_turn(world: World, actions: Any, turn: int, rules: Rules) -> None:
+def take_turn(world: World, actions: IntegerRows, turn: int, rules: Rules) -> None:
     """Play a whole time step, or the half of it in which one team moves."""
     if turn == EVERYBODY:
         step(world, actions, rules)
@@ -124,7 +125,7 @@ def take_turn(world: World, actions: Any, turn: int, rules: Rules) -> None:
 
 
 @rule
-def count_alive(world: World, rules: Rules) -> Any:
+def count_alive(world: World, rules: Rules) -> Value:
     """Return the number of prey that are not caught."""
     alive = load(world.alive, 0)
     for prey in range(1, rules.n_prey):
@@ -133,6 +134,6 @@ def count_alive(world: World, rules: Rules) -> Any:
 
 
 @rule
-def is_over(world: World, steps: Any, rules: Rules) -> Any:
+def is_over(world: World, steps: Value, rules: Rules) -> Mask:
     """Return whether an episode ends after ``steps`` steps: all prey are caught, or the time is up."""
     return (count_alive(world, rules) == 0) | (steps >= rules.max_cycles)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from predprey_env.config import Rules
 from predprey_env.jit.compilation import rule
+from predprey_env.jit.values import Array, Value
 from predprey_env.rules.dynamics import World, count_alive
 from predprey_env.rules.torus import displacement, largest_distance, manhattan
 
@@ -16,7 +15,7 @@ ALL, NEAREST = 1, 2  # positions in config.CLOSENESS
 
 
 @rule
-def distance(world: World, predator: int, prey: int, rules: Rules) -> Any:
+def distance(world: World, predator: int, prey: int, rules: Rules) -> Value:
     """Return the toroidal Manhattan distance from a predator to a prey, in steps; 0 for a caught prey."""
     if world.alive[prey] == 0:
         return 0
@@ -79,7 +78,7 @@ def prey_fitness(world: World, steps: int, rules: Rules) -> float:
 
 
 @rule
-def fitness(world: World, steps: int, rules: Rules, out: Any) -> None:
+def fitness(world: World, steps: int, rules: Rules, out: Array) -> None:
     """Write every agent's fitness after ``steps`` steps to ``out``, float64 ``(n_agents,)``."""
     team = predator_fitness(world, 0, rules.n_predators, rules)
     for predator in range(rules.n_predators):

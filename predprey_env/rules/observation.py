@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from predprey_env.config import Rules
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import as_float
 from predprey_env.jit.lanes import load, store, where
+from predprey_env.jit.values import FloatRows
 from predprey_env.rules.dynamics import World
 from predprey_env.rules.torus import displacement
 
 
 @rule
-def observe(world: World, agent: int, rules: Rules, out: Any, row: int) -> int:
+def observe(world: World, agent: int, rules: Rules, out: FloatRows, row: int) -> int:
     """Write an agent's observation to ``out``, float32, from ``row`` on, and return the row after it.
 
     The observation holds, for each opponent in order, its offset along x and along y: opponent minus self, the shortest

@@ -9,6 +9,7 @@ import numpy as np
 
 from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.values import Array
 
 
 def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
@@ -51,7 +52,7 @@ def on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
 
 
 @entry_point
-def _find_shared(starts: Any, n_predators: int, found: Any) -> None:
+def _find_shared(starts: Array, n_predators: int, found: Array) -> None:
     for start in range(len(starts)):
         for prey in range(found.shape[1]):
             at = n_predators + prey
