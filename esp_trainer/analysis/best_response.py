@@ -45,7 +45,7 @@ class BestResponse:
         return (self.after - self.before) * (1 if self.role == "predators" else -1)
 
 
-def best_response(
+def evolve_response(
     history: History,
     role: Role,
     evaluator: FusedEvaluator,

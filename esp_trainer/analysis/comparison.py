@@ -93,7 +93,7 @@ def caught_by_each(
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredCondition:
     """Measurements of a run."""
 
     generations: np.ndarray
@@ -112,7 +112,7 @@ class Condition:
     """Measured runs that differ only in their seeds."""
 
     name: str
-    runs: Sequence[Measured]
+    runs: Sequence[MeasuredCondition]
 
     def known(self, measure: str) -> np.ndarray:
         """Return the values of a measure, without those of runs in which it is nan: float64 ``(n,)``."""
@@ -138,7 +138,7 @@ def measure(
     *,
     n_generations: int = GENERATIONS,
     n_episodes: int = EPISODES,
-) -> Measured:
+) -> MeasuredCondition:
     """Measure the champions of generations evenly spread over a run.
 
     Args:
@@ -171,7 +171,7 @@ def measure(
                 values[name_of(role, panel, kind)] = value
     in_loop = history.curves["caught"]
     values["caught"] = float(in_loop[-max(1, len(in_loop) // 3) :].mean())
-    return Measured(generations, curves, in_loop, values)
+    return MeasuredCondition(generations, curves, in_loop, values)
 
 
 @dataclass(frozen=True)

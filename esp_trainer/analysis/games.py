@@ -68,14 +68,14 @@ class Equilibrium:
         return Sides(int((self.predators > 1e-9).sum()), int((self.prey > 1e-9).sum()))
 
 
-def solve(payoffs: np.ndarray) -> Equilibrium:
+def solve_matrix(payoffs: np.ndarray) -> Equilibrium:
     """Return a Nash equilibrium of a zero-sum game: predators choose the row and get ``payoffs``, ``(G, H)``."""
     value, predators = _maximin(payoffs)
     _, prey = _maximin(-payoffs.T)
     return Equilibrium(value, predators, prey)
 
 
-def exploitability(payoffs: np.ndarray, predators: np.ndarray, prey: np.ndarray) -> Sides[np.ndarray]:
+def mixture_exploitability(payoffs: np.ndarray, predators: np.ndarray, prey: np.ndarray) -> Sides[np.ndarray]:
     """Return the exploitability of mixtures: what a best response gains over the value ``v`` of the game.
 
     It is ``v - min_h (x M)_h`` for predators with mixture ``x``, and ``max_g (M y)_g - v`` for prey with mixture ``y``.
@@ -90,13 +90,13 @@ def exploitability(payoffs: np.ndarray, predators: np.ndarray, prey: np.ndarray)
     Returns:
         Exploitability of each mixture, ``(...)``, in units of the payoffs.
     """
-    value = solve(payoffs).value
+    value = solve_matrix(payoffs).value
     return Sides(value - (predators @ payoffs).min(axis=-1), (prey @ payoffs.T).max(axis=-1) - value)
 
 
 def exploitability_of_generations(payoffs: np.ndarray) -> Sides[np.ndarray]:
-    """Return the :func:`exploitability` of each single generation: ``(G,)`` for predators and ``(H,)`` for prey."""
-    return exploitability(payoffs, *map(np.eye, payoffs.shape))
+    """Return the exploitability of each single generation: ``(G,)`` for predators and ``(H,)`` for prey."""
+    return mixture_exploitability(payoffs, *map(np.eye, payoffs.shape))
 
 
 def _maximin(payoffs: np.ndarray) -> tuple[float, np.ndarray]:

@@ -11,7 +11,7 @@ import numpy as np
 from esp_trainer.analysis.conditions import world_of
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.pooling import check_directories
-from esp_trainer.coevolution.league import League, Source
+from esp_trainer.coevolution.league import League, LeagueSource
 from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.run.checkpoint import difference
@@ -42,7 +42,7 @@ def league_of_runs(paths: Sequence[Path], config: RunConfig, n_champions: int = 
         for role in history.champions:
             genomes.setdefault(role, []).append(history.genomes(role, generations))
         origin = history.config
-        sources.append(Source(str(path), origin.preset, origin.seed, tuple(generations.tolist())))
+        sources.append(LeagueSource(str(path), origin.preset, origin.seed, tuple(generations.tolist())))
     found = {role: np.concatenate(genomes[role]) for role in ROLES if role in genomes}
     return League(found, tuple(sources))
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from esp_trainer.analysis.games import solve
+from esp_trainer.analysis.games import solve_matrix
 from esp_trainer.analysis.progress import generalist
 from esp_trainer.analysis.ratings import rate
-from esp_trainer.benchmark.match import Arena, Meeting, Player
-from esp_trainer.evaluation.match import Player as Ours
+from esp_trainer.benchmark.match import Arena, Challenger, Meeting
+from esp_trainer.evaluation.match import Contestant
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
 from esp_trainer.teams.zoo import HELD_OUT, Zoo, load_team
@@ -77,7 +77,7 @@ class Gauntlet:
         self.opponents = sorted(zoo.names(other_team(role)), key=lambda name: PARTS.index(part_of(name)))
         self._arena = Arena(env, n_episodes, seed)
 
-    def play(self, candidate: Player) -> Iterator[Row]:
+    def play(self, candidate: Challenger) -> Iterator[Row]:
         """Yield the row of each opponent in turn. :class:`~esp_trainer.types.PolicyError` if the candidate fails."""
         for name in self.opponents:
             yield self._row(name, self._arena.meet(candidate, self.role, _opponent(name, other_team(self.role))))
@@ -99,7 +99,7 @@ class Gauntlet:
         found = np.array([by_name[name] for name in columns])
         scores, known = self._scores(found), self._scores(self.zoo.caught)
         known = known if self.role == "predators" else known.T  # rows are the candidate's role
-        game = solve(known)
+        game = solve_matrix(known)
         parts = {part: [i for i, name in enumerate(columns) if part_of(name) == part] for part in PARTS}
         both = {part: generalist(scores[None, rows]) for part, rows in parts.items() if rows}
         rating, rank, of = self._rating(found)
@@ -140,5 +140,5 @@ def part_of(name: str) -> str:
     return "scripts" if any(name in scripts for scripts in SCRIPTS.values()) else "zoo"
 
 
-def _opponent(name: str, role: Role) -> Ours:
+def _opponent(name: str, role: Role) -> Contestant:
     return ScriptedTeams(name) if name in SCRIPTS[role] else load_team(name)

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from esp_trainer.benchmark.gauntlet import PARTS
-from esp_trainer.benchmark.report import Result
+from esp_trainer.benchmark.report import BenchmarkResult
 from esp_trainer.files import write_text
 from esp_trainer.statistics import in_points
 from predprey_env.settings import brief
@@ -26,7 +26,7 @@ _HEAD = (
 )
 
 
-def append(path: Path, result: Result) -> None:
+def append(path: Path, result: BenchmarkResult) -> None:
     """Put a result in its place in a leaderboard. It replaces one of the same policy, zoo, version and command.
 
     Raises :class:`ValueError` if the result is not complete, or if the file holds anything that is not a leaderboard's.
@@ -72,7 +72,7 @@ def _is_row(line: str) -> bool:
         return False
 
 
-def _row(result: Result) -> str:
+def _row(result: BenchmarkResult) -> str:
     standing = result.standing
     assert standing is not None
     (held_out, worst), (zoo, _), (scripts, _) = (standing.generalist[part] for part in PARTS)

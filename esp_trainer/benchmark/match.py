@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.evaluation.match import Player as Ours
+from esp_trainer.evaluation.match import Contestant
 from esp_trainer.seeding import stream
 from esp_trainer.types import PolicyError, Role, ScriptedTeams, TrialBatch
 from predprey_env.agents import other_team
@@ -20,7 +20,7 @@ from predprey_env.policies import Policy
 from predprey_env.policies.opponents import Opponent
 from predprey_env.policies.outside import OutsideTeam
 
-Player: TypeAlias = Ours | Policy
+Challenger: TypeAlias = Contestant | Policy
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Arena:
         self.evaluator = FusedEvaluator(env)
         self.starts = self.evaluator.starts.held_out(stream(seed, "gauntlet"), n_episodes)
 
-    def meet(self, candidate: Player, role: Role, opponent: Ours) -> Meeting:
+    def meet(self, candidate: Challenger, role: Role, opponent: Contestant) -> Meeting:
         """Play all episodes: compiled if both players are teams or scripts of this package, else in the vector
         environment.
 
@@ -60,13 +60,13 @@ class Arena:
             return self._play_compiled(candidate, role, opponent)
         return self._play_outside(candidate, role, opponent)
 
-    def _play_compiled(self, candidate: Ours, role: Role, opponent: Ours) -> Meeting:
+    def _play_compiled(self, candidate: Contestant, role: Role, opponent: Contestant) -> Meeting:
         teams = {role: candidate.as_teams(len(self.starts)), other_team(role): opponent.as_teams(len(self.starts))}
         result = self.evaluator.evaluate(TrialBatch(**teams, starts=self.starts))
         captured, fitness = result.captured[:, 0].sum(axis=1), result.fitness_of(role)[:, 0].mean(axis=1)
         return Meeting(captured, fitness, result.steps[:, 0])
 
-    def _play_outside(self, candidate: Policy, role: Role, opponent: Ours) -> Meeting:
+    def _play_outside(self, candidate: Policy, role: Role, opponent: Contestant) -> Meeting:
         n = len(self.starts)
         inside: Opponent = opponent.script if isinstance(opponent, ScriptedTeams) else opponent
         worlds = PredPreyVectorEnv(self.env.replace(reward="terminal"), n, role, inside, AutoresetMode.SAME_STEP)

@@ -21,7 +21,7 @@ _HEADS = ("caught [95% interval]", "fitness", "all caught after")
 
 
 @dataclass(frozen=True)
-class Result:
+class BenchmarkResult:
     """Results of a candidate in the gauntlet, with all that is needed to reproduce them."""
 
     name: str
@@ -53,7 +53,7 @@ class Result:
         )
 
 
-def table(result: Result) -> str:
+def table(result: BenchmarkResult) -> str:
     """Return the table as text: the rows by part, and their summary."""
     width = max([len(row.opponent) for row in result.rows], default=10) + 2
     episodes = f"{result.n_episodes} episodes each from held-out starts (seed {result.seed})"
@@ -71,7 +71,7 @@ def _line(row: Row, width: int) -> str:
     return f"{row.opponent:{width}}{row.caught!s:>24}{row.fitness:>18.2f}{after:>18}"
 
 
-def _standing(result: Result) -> list[str]:
+def _standing(result: BenchmarkResult) -> list[str]:
     standing = result.standing
     assert standing is not None
     scored = "prey caught" if result.role == "predators" else "prey not caught"
@@ -86,7 +86,7 @@ def _standing(result: Result) -> list[str]:
     ]
 
 
-def save(result: Result, place: Path) -> None:
+def save(result: BenchmarkResult, place: Path) -> None:
     """Write ``results.json``, ``table.txt`` and, if anything was played, ``scores.png`` with its data."""
     place.mkdir(parents=True, exist_ok=True)
     write(place / "results.json", to_json(result.as_dict()))
@@ -95,7 +95,7 @@ def save(result: Result, place: Path) -> None:
         _draw(result, place / "scores.png")
 
 
-def _draw(result: Result, path: Path) -> None:
+def _draw(result: BenchmarkResult, path: Path) -> None:
     rows = [row for part in PARTS for row in result.rows if row.part == part][::-1]
     figure, (axes,) = plots.panels(1, width=7.2, height=1 + 0.19 * len(rows), columns=1)
     for number, part in enumerate(PARTS):

@@ -25,7 +25,7 @@ from types import ModuleType
 from typing import Any
 
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
-from esp_trainer.benchmark.match import Player
+from esp_trainer.benchmark.match import Challenger
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError, digest_of
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
@@ -41,7 +41,7 @@ class Candidate:
     """The policy that is measured."""
 
     spec: str
-    player: Player
+    player: Challenger
     digest: str
     """SHA-256 of the file that holds the policy; for a script, its name."""
     caution: str = ""

@@ -96,10 +96,10 @@ def _train(options: argparse.Namespace, fields: list[str]) -> int:
 def _analyse(options: argparse.Namespace) -> int:
     """Run a command of the analysis. Its modules are imported here, as SciPy and Matplotlib take a second to import."""
     from esp_trainer.cli import analysis, behaviours, benchmark, compare, exact, report, watch
-    from esp_trainer.report.measure import Settings
+    from esp_trainer.report.measure import ReportOptions
 
     if options.command == "benchmark":
-        settings = benchmark.Settings(options.role, options.task, options.episodes, options.seed, options.drawn)
+        settings = benchmark.BenchmarkOptions(options.role, options.task, options.episodes, options.seed, options.drawn)
         return benchmark.benchmark(options.policy, options.name, settings, options.out, options.leaderboard)
     if options.command == "solve":
         return exact.solve(_small_world(options), options.out)
@@ -108,9 +108,9 @@ def _analyse(options: argparse.Namespace) -> int:
     if options.command == "watch":
         return watch.watch(options.run, options.fps)
     if options.command == "report":
-        return report.report(options.runs, options.out, Settings(options.generations, options.episodes))
+        return report.report(options.runs, options.out, ReportOptions(options.generations, options.episodes))
     if options.command == "compare":
-        how = compare.Settings(options.generations, options.episodes, options.against)
+        how = compare.CompareOptions(options.generations, options.episodes, options.against)
         return compare.compare(options.runs, options.panel, options.out, options.csv, how)
     if options.command == "behaviours":
         return behaviours.behaviours(options.runs, options.generations, options.episodes, options.csv)

@@ -75,7 +75,7 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
     dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
     print(f"  dominance tournament   {len(dominant)} dominant: generations {', '.join(map(str, dominant))}")
     print(f"  who beats whom         {_ladder(caught, own.n_episodes)}")
-    game = games.solve(caught)
+    game = games.solve_matrix(caught)
     exploit = games.exploitability_of_generations(caught)
     print(
         f"  as a game              value {game.value:z.2f}; optimal play mixes {game.support.predators} predator and "

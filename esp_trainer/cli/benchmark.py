@@ -11,7 +11,7 @@ from tqdm import tqdm
 
 from esp_trainer.benchmark.gauntlet import Gauntlet, Row
 from esp_trainer.benchmark.leaderboard import append, read
-from esp_trainer.benchmark.report import Result, save, table
+from esp_trainer.benchmark.report import BenchmarkResult, save, table
 from esp_trainer.benchmark.specs import Candidate, load_candidate
 from esp_trainer.cli.analysis import say
 from esp_trainer.files import check_place
@@ -21,7 +21,7 @@ from esp_trainer.types import PolicyError, Role
 
 
 @dataclass(frozen=True)
-class Settings:
+class BenchmarkOptions:
     """Settings of a benchmark: side, task, episodes per opponent, and seed."""
 
     role: Role
@@ -32,7 +32,9 @@ class Settings:
     """If true, ``sb3:`` and ``torch:`` policies sample actions from their probabilities, else take the most likely."""
 
 
-def benchmark(spec: str, name: str | None, settings: Settings, out: Path | None, leaderboard: Path | None) -> int:
+def benchmark(
+    spec: str, name: str | None, settings: BenchmarkOptions, out: Path | None, leaderboard: Path | None
+) -> int:
     """Play the gauntlet, then print and save the table. If a policy fails midway, the results so far are saved."""
     # Files are checked before the gauntlet, which takes long, rather than after it.
     if leaderboard:
@@ -75,8 +77,10 @@ def tell_about(candidate: Candidate) -> None:
         say(f"note: {candidate.elsewhere}")
 
 
-def _result(candidate: Candidate, name: str, settings: Settings, gauntlet: Gauntlet, rows: list[Row]) -> Result:
-    return Result(
+def _result(
+    candidate: Candidate, name: str, settings: BenchmarkOptions, gauntlet: Gauntlet, rows: list[Row]
+) -> BenchmarkResult:
+    return BenchmarkResult(
         name=name,
         spec=candidate.spec,
         digest=candidate.digest,

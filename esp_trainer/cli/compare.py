@@ -14,7 +14,7 @@ from esp_trainer.analysis.comparison import (
     LEAST,
     SCRIPTED,
     Condition,
-    Measured,
+    MeasuredCondition,
     Opponents,
     held_out_opponents,
     measure,
@@ -30,14 +30,14 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place, write_table, write_text
 from esp_trainer.report.comparison import page
 from esp_trainer.report.comparison_tables import notes_on, on_terminal, tables
-from esp_trainer.report.source import SPREADS, Source, cut
+from esp_trainer.report.source import SPREADS, RunSource, cut
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.sweep.plan import read_plan
 from esp_trainer.teams.zoo import unknown
 
 
 @dataclass(frozen=True)
-class Settings:
+class CompareOptions:
     """Settings of a comparison."""
 
     generations: int
@@ -48,7 +48,9 @@ class Settings:
     """Name of the baseline, with which the other conditions are compared; by default the first condition."""
 
 
-def compare(runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: Path | None, settings: Settings) -> int:
+def compare(
+    runs: Sequence[Path], panel: Sequence[Path], out: Path | None, csv: Path | None, settings: CompareOptions
+) -> int:
     """Measure all runs against the same opponents, print the tables, and write the page."""
     named = runs_in(runs)
     sources, others, notes = _read(list(named), list(runs_in(panel)))
@@ -119,7 +121,7 @@ def _check_places(place: Path, csv: Path | None) -> None:
     check_place(place)
 
 
-def _read(runs: Sequence[Path], panel: Sequence[Path]) -> tuple[list[Source], list[History], list[str]]:
+def _read(runs: Sequence[Path], panel: Sequence[Path]) -> tuple[list[RunSource], list[History], list[str]]:
     """Return the complete runs, the runs of the panel, and a note on each run that is left out.
 
     Raises:
@@ -133,7 +135,7 @@ def _read(runs: Sequence[Path], panel: Sequence[Path]) -> tuple[list[Source], li
     return sources, others, notes
 
 
-def _finished(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
+def _finished(runs: Sequence[Path]) -> tuple[list[RunSource], list[str]]:
     """Return the complete runs, and a note on each other run; raise the first note as an error if none is complete."""
     sources, notes = read_all(runs)
     whole = []
@@ -151,8 +153,8 @@ def _finished(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
 
 
 def _by_condition(
-    sources: Sequence[Source], given: Sequence[str | None], settings: Settings
-) -> tuple[dict[str, list[Source]], list[str]]:
+    sources: Sequence[RunSource], given: Sequence[str | None], settings: CompareOptions
+) -> tuple[dict[str, list[RunSource]], list[str]]:
     """Return the runs of each condition, cut to common generations, and notes on what was cut."""
     found, notes = {}, []
     for name, indices in conditions([source.config for source in sources], given).items():
@@ -168,7 +170,7 @@ def _by_condition(
     return found, notes
 
 
-def _history(source: Source) -> History:
+def _history(source: RunSource) -> History:
     assert source.history  # _finished leaves out runs without a history
     return source.history
 
@@ -182,9 +184,12 @@ def _baseline(names: Sequence[str], wanted: str | None) -> str:
 
 
 def _measure(
-    by_condition: dict[str, list[Source]], panels: dict[str, Opponents], evaluator: FusedEvaluator, settings: Settings
+    by_condition: dict[str, list[RunSource]],
+    panels: dict[str, Opponents],
+    evaluator: FusedEvaluator,
+    settings: CompareOptions,
 ) -> list[Condition]:
-    def measured(source: Source) -> Measured:
+    def measured(source: RunSource) -> MeasuredCondition:
         say(f"playing {source.path} ...")
         n_generations, n_episodes = settings.generations, settings.episodes
         found = measure(_history(source), panels, evaluator, n_generations=n_generations, n_episodes=n_episodes)
@@ -193,14 +198,14 @@ def _measure(
     return [Condition(name, [measured(source) for source in sources]) for name, sources in by_condition.items()]
 
 
-def _signals(source: Source) -> dict[str, float]:
+def _signals(source: RunSource) -> dict[str, float]:
     """Return the mean signal of selection of each side, over the generations whose log has it."""
     column = SPREADS.index("signal")
     told = {role: spreads[:, column][~np.isnan(spreads[:, column])] for role, spreads in source.spreads.items()}
     return {f"{role}_signal": float(values.mean()) for role, values in told.items() if len(values)}
 
 
-def _write(file: Path, by_condition: dict[str, list[Source]], measured: Sequence[Condition]) -> None:
+def _write(file: Path, by_condition: dict[str, list[RunSource]], measured: Sequence[Condition]) -> None:
     """Write a CSV file with a line for each run. Unknown values are left empty."""
     lines: list[list[object]] = [["run", "condition", "seed", "generations", *measures()]]
     for condition in measured:

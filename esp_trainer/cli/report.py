@@ -10,12 +10,12 @@ from pathlib import Path
 from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_champions, note_on_lengths
 from esp_trainer.cli.analysis import say
 from esp_trainer.files import check_place
-from esp_trainer.report.measure import Settings
+from esp_trainer.report.measure import ReportOptions
 from esp_trainer.report.page import write_page
-from esp_trainer.report.source import Source, cut, read
+from esp_trainer.report.source import RunSource, cut, read
 
 
-def report(runs: Sequence[Path], out: Path | None, settings: Settings) -> int:
+def report(runs: Sequence[Path], out: Path | None, settings: ReportOptions) -> int:
     """Write a page about the readable parts of some runs, with notes on what is missing."""
     check_directories(runs)
     sources, notes = read_all(runs)
@@ -45,9 +45,9 @@ def place_of_page(runs: Sequence[Path], out: Path | None, name: str) -> Path:
     return place / name if place.is_dir() else place
 
 
-def read_all(runs: Sequence[Path]) -> tuple[list[Source], list[str]]:
+def read_all(runs: Sequence[Path]) -> tuple[list[RunSource], list[str]]:
     """Return the readable runs, and a note on each other run; raise the first error if no run is readable."""
-    sources: list[Source] = []
+    sources: list[RunSource] = []
     errors: list[OSError | ValueError] = []
     for run in runs:
         try:

@@ -25,7 +25,7 @@ from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.plan import PlannedRun, plan_of
 from esp_trainer.sweep.pool import Pool, Work
-from esp_trainer.sweep.results import Result, is_whole, result_of, table, write_csv
+from esp_trainer.sweep.results import RunResult, is_whole, result_of, table, write_csv
 
 _LOOK = 0.25  # seconds between checks of the runs
 
@@ -200,13 +200,13 @@ class _Bars:
         self._progress.update(self._bars[name], completed=self._done[name], caught=caught)
 
 
-def _line(result: Result) -> str:
+def _line(result: RunResult) -> str:
     if result.reason:
         return f"{result.run.name}: failed: {result.reason}"
     return f"{result.run.name}: {result.generations} generations, {result.figures['caught']:.2f} of the prey caught"
 
 
-def _tell(results: Sequence[Result], out: Path) -> None:
+def _tell(results: Sequence[RunResult], out: Path) -> None:
     print("\n".join(table(results)))
     failed = [result for result in results if result.reason]
     for result in failed:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from esp_trainer.esp.team import IN_A_WORLD, Team
-from esp_trainer.evaluation.match import Player, match
+from esp_trainer.evaluation.match import Contestant, match
 from esp_trainer.exact.solution import Solution
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
@@ -22,7 +22,7 @@ from predprey_env.policies.scripted import NUMBERS
 
 _OPTIMAL = "optimal:"
 """Before the file of a solved game: whoever plays one side of it optimally."""
-Seat: TypeAlias = Player | Solution
+Seat: TypeAlias = Contestant | Solution
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:

@@ -18,7 +18,7 @@ from esp_trainer.types import ROLES, Role
 
 
 @dataclass(frozen=True)
-class Source:
+class LeagueSource:
     """A run that champions of a league come from."""
 
     path: str
@@ -34,7 +34,7 @@ class League:
 
     genomes: Mapping[Role, np.ndarray] = field(default_factory=dict, repr=False)
     """float32 ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``, run by run."""
-    sources: tuple[Source, ...] = ()
+    sources: tuple[LeagueSource, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "genomes", {role: _fixed(genomes) for role, genomes in self.genomes.items()})
@@ -73,7 +73,9 @@ class League:
             return NO_LEAGUE
         header, arrays = read_arrays(path, "league")
         try:
-            sources = tuple(Source(**{**each, "generations": tuple(each["generations"])}) for each in header["sources"])
+            sources = tuple(
+                LeagueSource(**{**each, "generations": tuple(each["generations"])}) for each in header["sources"]
+            )
         except (KeyError, TypeError) as error:
             raise DamagedFileError(f"{path} is not a usable league: its sources are damaged: {error}") from None
         league = cls({role: arrays[role] for role in ROLES if role in arrays}, sources)

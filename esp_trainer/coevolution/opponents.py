@@ -23,7 +23,7 @@ _LEAST_HARD = 1e-4
 hardly be met."""
 
 
-def uniform(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
+def sample_uniform(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
     """Sample all members with the same probability."""
     return generator.integers(0, len(fame), shape)
 
@@ -38,7 +38,7 @@ def latest(fame: HallOfFame, shape: Shape, _: np.random.Generator) -> np.ndarray
     return np.full(shape, len(fame) - 1)
 
 
-def spread(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
+def sample_spread(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
     """Sample champions of every strength equally often: the one whose win rate is next to a uniform random number."""
     order = np.argsort(fame.wins, kind="stable")
     between = (fame.wins[order][1:] + fame.wins[order][:-1]) / 2
@@ -58,10 +58,10 @@ def hard(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.n
 
 
 CHOICES: dict[str, Choice] = {
-    "uniform": uniform,
+    "uniform": sample_uniform,
     "recent": recent,
     "latest": latest,
-    "spread": spread,
+    "spread": sample_spread,
     "contested": contested,
     "hard": hard,
 }

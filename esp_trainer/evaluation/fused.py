@@ -13,7 +13,7 @@ import numpy as np
 from esp_trainer.config import SideConfig
 from esp_trainer.cores import cores
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.evaluation.kernel import Outcome, Side, make_memory, play_blocks
+from esp_trainer.evaluation.kernel import BatchSide, Recorded, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, Trace, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
@@ -79,7 +79,7 @@ class FusedEvaluator:
             raise ValueError("a trial needs at least one episode, got none")
         predators = _side("predators", batch.predators, n_trials, env)
         prey = _side("prey", batch.prey, n_trials, env)
-        outcome = Outcome(
+        outcome = Recorded(
             fitness=np.zeros((n_trials, n_episodes, env.n_agents)),
             caught_at=np.zeros((n_trials, n_episodes, env.n_prey), np.int32),
             steps=np.zeros((n_trials, n_episodes), np.int64),
@@ -89,7 +89,7 @@ class FusedEvaluator:
 
         def play(part: slice) -> None:
             sides = _part(predators, part), _part(prey, part)
-            ours = Outcome(*(array[part] for array in outcome))
+            ours = Recorded(*(array[part] for array in outcome))
             play_blocks(env.rules, *sides, starts[part], ours, make_memory(env.rules, *sides))
 
         most = max(1, min(_MOST_BLOCKS, _MOST_STEPS // (n_episodes * env.max_cycles)))
@@ -114,14 +114,14 @@ def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:
     return list(starmap(slice, pairwise(bounds.tolist())))
 
 
-def _part(side: Side, part: slice) -> Side:
+def _part(side: BatchSide, part: slice) -> BatchSide:
     """Return the teams of a part of the trials, with indices of the kernel's type."""
     if side.script.number:
         return side
     return side._replace(indices=np.require(side.indices[part], np.int64, ["C", "W"]))
 
 
-def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
+def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> BatchSide:
     """Return one side of a batch in the layout that the kernel was compiled for."""
     shape = env.team(role)
     n_agents, n_opponents, n_actions = shape
@@ -129,7 +129,7 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
         nobody = make_controller(SideConfig(), np.array([[0, 1]]), n_actions)
         empty = np.zeros((1, n_agents, 0, 0), np.int64)
         script = ScriptedTeam.of(teams.script, role, env).compiled(role, env, LANES)
-        return Side(script, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
+        return BatchSide(script, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
     controller = teams.controller
     got = len(teams.indices), teams.indices.shape[1] * controller.n_together, len(controller.blank)
     if got != (n_trials, n_agents, n_actions):
@@ -144,4 +144,4 @@ def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> Side:
     # Numba would compile again for read-only arrays, such as other processes share.
     genomes = np.require(teams.genomes, np.float32, ["C", "W"])
     controller = controller._replace(wiring=np.require(controller.wiring, np.int64, ["C", "W"]))
-    return Side(Script(0, n_opponents, n_actions), controller, genomes, teams.indices)
+    return BatchSide(Script(0, n_opponents, n_actions), controller, genomes, teams.indices)

@@ -27,7 +27,7 @@ PARKED = -(1 << 30)
 """Clock of a lane that has no more episodes to play: it never reaches the time limit."""
 
 
-class Side(NamedTuple):
+class BatchSide(NamedTuple):
     """One side of a batch as the kernel reads it: the candidates and the indices of its teams, or a script.
 
     Both have the same type, so that the kernel is compiled once for all pairings.
@@ -62,7 +62,7 @@ class Memory(NamedTuple):
     """Index of the episode that each lane plays: int64 ``(LANES,)``."""
 
 
-class Outcome(NamedTuple):
+class Recorded(NamedTuple):
     """Arrays that the kernel writes: what :class:`esp_trainer.types.TrialResult` is made of, and the
     :class:`esp_trainer.types.Trace` of the first ``len(cells)`` trials.
     """
@@ -74,7 +74,7 @@ class Outcome(NamedTuple):
     actions: Array
 
 
-def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
+def make_memory(rules: Rules, predators: BatchSide, prey: BatchSide) -> Memory:
     """Return working memory for a thread that plays blocks."""
     return Memory(
         block=make_block(rules),
@@ -87,7 +87,7 @@ def make_memory(rules: Rules, predators: Side, prey: Side) -> Memory:
     )
 
 
-def _entrants(side: Side) -> Entrants:
+def _entrants(side: BatchSide) -> Entrants:
     controller, n_genes = side.controller, prod(side.indices.shape[1:]) * side.genomes.shape[-1]
     weights, inputs, votes = (
         lane_zeros(np.float32, rows) for rows in (n_genes, max(controller.fan_in) + 1, controller.n_votes)
@@ -114,7 +114,7 @@ sees_team.register(Entrants, entrants_read_team)
 
 
 @rule
-def _gather(side: Side, first_trial: int, active: int, weights: FloatRows) -> None:
+def _gather(side: BatchSide, first_trial: int, active: int, weights: FloatRows) -> None:
     """Copy the gene strings of a block's teams into lanes; lanes without a trial repeat the first."""
     n_agents, n_networks, n_hidden = side.indices.shape[1:]
     row = 0
@@ -144,7 +144,7 @@ def seed_of(start: Array) -> int:
 
 
 @rule
-def _begin(memory: Memory, lane: int, starts: Array, trial: int, outcome: Outcome) -> None:
+def _begin(memory: Memory, lane: int, starts: Array, trial: int, outcome: Recorded) -> None:
     """Set a lane's world to the start of its episode."""
     start = starts[trial, memory.episode[lane]]
     begin(memory.block, lane, start, seed_of(start))
@@ -158,7 +158,7 @@ def _park(memory: Memory, lane: int) -> None:
 
 
 @rule
-def _record(memory: Memory, lane: int, trial: int, outcome: Outcome) -> None:
+def _record(memory: Memory, lane: int, trial: int, outcome: Recorded) -> None:
     """Write a lane's cells, and the actions that led there, if its trial is traced."""
     if trial < len(outcome.cells):
         episode, clock = memory.episode[lane], memory.block.clock[0, lane]
@@ -169,7 +169,7 @@ def _record(memory: Memory, lane: int, trial: int, outcome: Outcome) -> None:
 
 
 @rule
-def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome) -> None:
+def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Recorded) -> None:
     """Write the result of a lane's episode."""
     episode = memory.episode[lane]
     measure(memory.block, lane, rules, memory.one, outcome.fitness[trial, episode])
@@ -180,7 +180,13 @@ def _score(memory: Memory, lane: int, trial: int, rules: Rules, outcome: Outcome
 
 @rule
 def _load_block(
-    predators: Side, prey: Side, starts: Array, first_trial: int, active: int, outcome: Outcome, memory: Memory
+    predators: BatchSide,
+    prey: BatchSide,
+    starts: Array,
+    first_trial: int,
+    active: int,
+    outcome: Recorded,
+    memory: Memory,
 ) -> None:
     """Copy the teams of a block's trials into lanes, and set every lane to its first start."""
     _gather(predators, first_trial, active, memory.predators.networks.weights)
@@ -193,7 +199,7 @@ def _load_block(
 
 
 @rule
-def _end_episodes(memory: Memory, starts: Array, first_trial: int, active: int, rules: Rules, outcome: Outcome) -> int:
+def _end_episodes(memory: Memory, starts: Array, first_trial: int, active: int, rules: Rules, outcome: Recorded) -> int:
     """Score the lanes whose episode is over, and start their next. Return the number of lanes without a next one."""
     finished = 0
     for lane in range(active):
@@ -209,7 +215,9 @@ def _end_episodes(memory: Memory, starts: Array, first_trial: int, active: int, 
 
 
 @entry_point
-def play_blocks(rules: Rules, predators: Side, prey: Side, starts: Array, outcome: Outcome, memory: Memory) -> None:
+def play_blocks(
+    rules: Rules, predators: BatchSide, prey: BatchSide, starts: Array, outcome: Recorded, memory: Memory
+) -> None:
     """Play trials, in blocks of ``LANES``."""
     block = memory.block
     for first_trial in range(0, len(starts), LANES):

@@ -11,10 +11,10 @@ from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import Role, ScriptedTeams, Teams, TrialBatch
 from predprey_env.config import EnvConfig
 
-Player: TypeAlias = Team | ScriptedTeams
+Contestant: TypeAlias = Team | ScriptedTeams
 
 
-def match(predators: Player, prey: Player, env: EnvConfig, n_episodes: int, seed: int = 0) -> Captures:
+def match(predators: Contestant, prey: Contestant, env: EnvConfig, n_episodes: int, seed: int = 0) -> Captures:
     """Play two teams against each other, from random starts with the parities in their true proportions.
 
     Raises :class:`ValueError` if a team does not fit the world or its role.
@@ -25,7 +25,7 @@ def match(predators: Player, prey: Player, env: EnvConfig, n_episodes: int, seed
     return count_captures(evaluator.evaluate(batch), evaluator.starts.even_predators(starts), env.n_predators)
 
 
-def _entry(player: Player, role: Role, env: EnvConfig, n_trials: int) -> Teams:
+def _entry(player: Contestant, role: Role, env: EnvConfig, n_trials: int) -> Teams:
     if isinstance(player, ScriptedTeams):
         return player
     player.check_fits(role, env)

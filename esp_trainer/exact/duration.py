@@ -30,7 +30,7 @@ def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
     later, now = np.zeros((2, n_states))
     seconds = 0.0
     for moves in turns_of(config):
-        room = solution.make_room(config.n_predators, config.n_prey, moves)
+        room = solution.make_solution_work(config.n_predators, config.n_prey, moves)
         seconds += _timed(solution.back_up, states, moves, later, now, first, last, room)
     return seconds * horizon * n_states / (last - first) / cores()
 
@@ -65,7 +65,7 @@ def seconds_to_answer(sample: np.ndarray, role: Role, config: EnvConfig, horizon
         moving = response.is_moving(role, moves)
         shape = (last - first, *sample.shape[1:])
         fixed = np.resize(sample, shape) if moving else np.ones((*shape[:2], 1))
-        room = response.make_room(game, moves, role)
+        room = response.make_response_work(game, moves, role)
         seconds += _timed(response.best_answers, game, moves, fixed, role == "predators", later, now, first, room)
     return seconds * horizon * int(keys.stop) / (last - first) / cores()
 

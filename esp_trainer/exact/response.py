@@ -107,7 +107,7 @@ def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: 
                     now: np.ndarray = now,
                 ) -> None:
                     game, keys = part
-                    room = make_room(game, moves, role)
+                    room = make_response_work(game, moves, role)
                     best_answers(game, moves, fixed[keys], role == "predators", later, now[keys], keys.start, room)
 
                 list(pool.map(answer, parts))
@@ -144,7 +144,7 @@ def parts_of(config: EnvConfig) -> list[tuple[Game, slice]]:
     return found
 
 
-class Room(NamedTuple):
+class ResponseWork(NamedTuple):
     """Scratch arrays for one thread's best responses."""
 
     cells: Any
@@ -158,14 +158,14 @@ class Room(NamedTuple):
     """Expected number of prey caught after each answer: float64 ``(n_joint,)``."""
 
 
-def make_room(game: Game, moves: Moves, role: Role) -> Room:
+def make_response_work(game: Game, moves: Moves, role: Role) -> ResponseWork:
     """Return scratch arrays for a turn; each thread needs its own."""
     n_prey = len(game.prey)
     n_agents = game.n_predators + n_prey
     joints, flights = joint_actions(moves, game.n_predators, n_prey)
     fixed, answers = (joints, flights) if role == "predators" else (flights, joints)
     cells, seen, actions = (np.zeros(shape, np.int64) for shape in ((n_agents,), (n_prey, n_agents), (n_agents,)))
-    return Room(cells, seen, actions, fixed, answers, np.zeros(len(answers)))
+    return ResponseWork(cells, seen, actions, fixed, answers, np.zeros(len(answers)))
 
 
 def memory_for_response(config: EnvConfig, role: Role) -> int:
@@ -180,7 +180,7 @@ def memory_for_response(config: EnvConfig, role: Role) -> int:
 
 @entry_point
 def best_answers(
-    game: Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: Room
+    game: Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: ResponseWork
 ) -> None:
     """Compute the values of a best response in the states from ``first`` on, and write them to ``now``.
 

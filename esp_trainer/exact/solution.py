@@ -155,7 +155,15 @@ def solve(
 
             def solve_part(part: range, moves: Moves = moves, later: Any = later, now: Any = now) -> int:
                 n_prey = int(np.searchsorted(states.first, part.start, side="right"))
-                back_up(states, moves, later, now, part.start, part.stop, make_room(config.n_predators, n_prey, moves))
+                back_up(
+                    states,
+                    moves,
+                    later,
+                    now,
+                    part.start,
+                    part.stop,
+                    make_solution_work(config.n_predators, n_prey, moves),
+                )
                 return len(part)
 
             done = (left - 1) * len(states.cells)
@@ -174,7 +182,7 @@ def _parts(states: States) -> Iterator[range]:
             yield range(begin, min(begin + _PART, last))
 
 
-class Room(NamedTuple):
+class SolutionWork(NamedTuple):
     """Scratch arrays for solving the game of a position with a given number of prey left."""
 
     work: Workspace
@@ -198,16 +206,16 @@ def joint_actions(moves: Moves, n_predators: int, n_prey: int) -> tuple[np.ndarr
     return np.array(predators), np.array(list(product(range(n_prey_actions), repeat=n_prey)))
 
 
-def make_room(n_predators: int, n_prey: int, moves: Moves) -> Room:
+def make_solution_work(n_predators: int, n_prey: int, moves: Moves) -> SolutionWork:
     """Return scratch arrays for a turn; each thread needs its own."""
     n_agents = n_predators + n_prey
     joints, flights = joint_actions(moves, n_predators, n_prey)
     work = make_workspace(len(joints), len(flights))
-    return Room(work, np.zeros((n_prey, n_agents), np.int64), np.zeros(n_agents, np.int64), joints, flights)
+    return SolutionWork(work, np.zeros((n_prey, n_agents), np.int64), np.zeros(n_agents, np.int64), joints, flights)
 
 
 @entry_point
-def back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last: int, room: Room) -> None:
+def back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last: int, room: SolutionWork) -> None:
     """Compute the values of some states from the values with one turn less."""
     for state in range(first, last):
         fill_payoffs(states.cells[state], states, moves, later, room)
@@ -215,7 +223,7 @@ def back_up(states: States, moves: Moves, later: Any, now: Any, first: int, last
 
 
 @rule
-def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, room: Room) -> None:
+def fill_payoffs(cells: Any, states: States, moves: Moves, later: Any, room: SolutionWork) -> None:
     """Write the matrix game of a state: the predators' payoff for each joint action of theirs and of the prey."""
     n_prey, n_agents = room.seen.shape
     look_round(cells, moves.size, room.seen)

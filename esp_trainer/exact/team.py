@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.exact.matrix_game import equilibrium
-from esp_trainer.exact.solution import Room, Solution, fill_payoffs, make_room
+from esp_trainer.exact.solution import Solution, SolutionWork, fill_payoffs, make_solution_work
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
@@ -38,7 +38,9 @@ class OptimalTeam:
         self.solution = solution
         self.turn = 0 if role == "prey" else len(solution.turns) - 1
         """Index of the turn of a step in which the team moves."""
-        self._rooms = [make_room(config.n_predators, n, solution.turns[self.turn]) for n in range(1, config.n_prey + 1)]
+        self._rooms = [
+            make_solution_work(config.n_predators, n, solution.turns[self.turn]) for n in range(1, config.n_prey + 1)
+        ]
         self.reset()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> OptimalTeam:
@@ -108,6 +110,6 @@ class OptimalTeam:
 
 
 @entry_point
-def _solve(cells: Any, states: States, moves: Moves, later: Any, room: Room) -> float:
+def _solve(cells: Any, states: States, moves: Moves, later: Any, room: SolutionWork) -> float:
     fill_payoffs(cells, states, moves, later, room)
     return equilibrium(room.work)

@@ -18,7 +18,7 @@ import numpy as np
 from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
-from esp_trainer.report.measure import SHOWN, Measured, appeared
+from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
 from esp_trainer.report.source import SPREADS
 from esp_trainer.types import ROLES
 
@@ -29,13 +29,13 @@ _WINDOW = 15  # generations over which curves of success are averaged
 _DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
-def charts(runs: Sequence[Measured]) -> list[Figure]:
+def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     """Return all charts that have data."""
     drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _weights, _timings]
     return [figure for chart in drawn if (figure := chart(runs))["data"]]
 
 
-def matrix(runs: Sequence[Measured]) -> Figure | None:
+def matrix(runs: Sequence[MeasuredRuns]) -> Figure | None:
     """Return the fraction of prey caught in each pairing, for each run; None without any cross-play.
 
     The page draws it as the CIAO plot of both sides (Cliff & Miller 1995).
@@ -86,7 +86,7 @@ def _axes(y: str, **more: Any) -> dict[str, Any]:
     return {"xaxis": {"title": {"text": "generation"}}, "yaxis": {"title": {"text": y}, **more}}
 
 
-def _success(runs: Sequence[Measured]) -> Figure:
+def _success(runs: Sequence[MeasuredRuns]) -> Figure:
     curves = [run.source.curves for run in runs if run.source.curves]
     data: list[Any] = []
     kinds = {
@@ -113,7 +113,7 @@ def _success(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _master(runs: Sequence[Measured]) -> Figure:
+def _master(runs: Sequence[MeasuredRuns]) -> Figure:
     played = [run.own for run in runs if run.own and run.progress]
     data: list[Any] = []
     if played:
@@ -132,7 +132,7 @@ def _master(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _others(runs: Sequence[Measured]) -> Figure:
+def _others(runs: Sequence[MeasuredRuns]) -> Figure:
     met = [(run.own, run.met_others) for run in runs if run.own and run.met_others]
     data: list[Any] = []
     if met:
@@ -149,7 +149,7 @@ def _others(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _behaviours(runs: Sequence[Measured]) -> Figure:
+def _behaviours(runs: Sequence[MeasuredRuns]) -> Figure:
     watched = [run.watched for run in runs if run.watched]
     data: list[Any] = []
     for number, name in enumerate(SHOWN):
@@ -168,7 +168,7 @@ def _behaviours(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _both_roles(runs: Sequence[Measured], name: str, window: int = 1) -> list[Any]:
+def _both_roles(runs: Sequence[MeasuredRuns], name: str, window: int = 1) -> list[Any]:
     data: list[Any] = []
     for number, role in enumerate(ROLES):
         values = [run.source.spreads[role][:, SPREADS.index(name)] for run in runs if role in run.source.spreads]
@@ -179,7 +179,7 @@ def _both_roles(runs: Sequence[Measured], name: str, window: int = 1) -> list[An
     return data
 
 
-def _signal(runs: Sequence[Measured]) -> Figure:
+def _signal(runs: Sequence[MeasuredRuns]) -> Figure:
     return {
         "id": "signal",
         "title": "What selection sees",
@@ -190,7 +190,7 @@ def _signal(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _diversity(runs: Sequence[Measured]) -> Figure:
+def _diversity(runs: Sequence[MeasuredRuns]) -> Figure:
     return {
         "id": "diversity",
         "title": "Diversity of the subpopulations",
@@ -200,7 +200,7 @@ def _diversity(runs: Sequence[Measured]) -> Figure:
     }
 
 
-def _weights(runs: Sequence[Measured]) -> Figure:
+def _weights(runs: Sequence[MeasuredRuns]) -> Figure:
     data = []
     for number, role in enumerate(ROLES):
         histories = [run.source.history for run in runs if run.source.history]
@@ -233,7 +233,7 @@ def _sizes(champions: np.ndarray) -> np.ndarray:
     return np.asarray(genes.sum(axis=1) / np.maximum(1, (genes != 0).sum(axis=1)), float)
 
 
-def _timings(runs: Sequence[Measured]) -> Figure:
+def _timings(runs: Sequence[MeasuredRuns]) -> Figure:
     data = []
     timed = [run.source.seconds for run in runs if run.source.seconds]
     for number, phase in enumerate(timed[0] if timed else ()):

@@ -18,7 +18,7 @@ from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import Progress, global_progress, historical_progress
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.report.source import Source
+from esp_trainer.report.source import RunSource
 from esp_trainer.seeding import stream
 
 SHOWN = tuple(name for name, detector in BEHAVIOURS.items() if detector.of_interaction)
@@ -29,7 +29,7 @@ SEEN = 0.01
 
 
 @dataclass(frozen=True)
-class Settings:
+class ReportOptions:
     """Numbers of generations and episodes to play."""
 
     generations: int = 46
@@ -62,13 +62,13 @@ def appeared(watched: Sequence[Watched], name: str) -> bool:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRuns:
     """Measurements of a run.
 
     Without champions, the measurements that need them are None. With a scripted side, the measures of progress are.
     """
 
-    source: Source
+    source: RunSource
     own: CrossPlay | None = None
     """Cross-play between the run's generations."""
     progress: Sides[Progress] | None = None
@@ -82,7 +82,7 @@ class Measured:
     watched: Watched | None = None
 
 
-def measure(sources: Sequence[Source], settings: Settings, say: Callable[[str], None]) -> list[Measured]:
+def measure(sources: Sequence[RunSource], settings: ReportOptions, say: Callable[[str], None]) -> list[MeasuredRuns]:
     """Measure every run by itself, and against the others.
 
     Args:
@@ -99,19 +99,21 @@ def measure(sources: Sequence[Source], settings: Settings, say: Callable[[str], 
     return measured
 
 
-def _measure(source: Source, others: list[History], evaluator: FusedEvaluator, settings: Settings) -> Measured:
+def _measure(
+    source: RunSource, others: list[History], evaluator: FusedEvaluator, settings: ReportOptions
+) -> MeasuredRuns:
     curve = source.curves.get("caught", np.empty(0))
     long_enough = len(curve) >= 2 * dating.MIN_LENGTH
     found = tuple(dating.phases(curve)) if long_enough else ()
     alternation = dating.alternation(curve, np.random.default_rng(0)) if long_enough else None
     history = source.history
     if history is None:
-        return Measured(source, phases=found, alternation=alternation)
+        return MeasuredRuns(source, phases=found, alternation=alternation)
     sampled, each, cache = settings.generations, settings.episodes, kept_in(source.path)
     own = own_cross_play(history, evaluator, n_generations=sampled, n_episodes=each, cache=cache)
     both = len(history.champions) == 2 and min(own.caught.shape) > 1
     met = {role: met_by_others(history, others, role, own, evaluator) for role in history.champions} if both else {}
-    return Measured(
+    return MeasuredRuns(
         source,
         own=own,
         progress=historical_progress(own.caught) if both else None,

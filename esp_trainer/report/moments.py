@@ -12,10 +12,10 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.phases import Phase
-from esp_trainer.report.measure import SEEN, SHOWN, Measured, Watched
+from esp_trainer.report.measure import SEEN, SHOWN, MeasuredRuns, Watched
 
 
-def of_phases(runs: Sequence[Measured]) -> list[dict[str, Any]]:
+def of_phases(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
     """Return a moment for each phase, of the behaviour that sets the phase apart from the rest of its run.
 
     They are the phases of the first run that has more than one phase.
@@ -51,7 +51,7 @@ def _of_phase(number: int, watched: Watched, i: int, phase: Phase) -> dict[str, 
     return {"title": title, "text": text, **_moment(number, watched, int(at), name)}
 
 
-def of_behaviours(runs: Sequence[Measured]) -> list[dict[str, Any]]:
+def of_behaviours(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
     """Return a moment of each behaviour that was seen, from the run and generation with its highest rate."""
     found = []
     for name in SHOWN:
@@ -73,7 +73,7 @@ def of_behaviours(runs: Sequence[Measured]) -> list[dict[str, Any]]:
     return found
 
 
-def never_seen(runs: Sequence[Measured]) -> list[str]:
+def never_seen(runs: Sequence[MeasuredRuns]) -> list[str]:
     """Return the behaviours that are defined for the teams but were never seen."""
     watched = [run.watched for run in runs if run.watched]
     asked = [name for name in SHOWN if watched and not np.isnan(watched[0].excess(name)).all()]

@@ -20,8 +20,8 @@ from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.files import write_text
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import charts, matches, moments
-from esp_trainer.report.measure import Measured, Settings, measure
-from esp_trainer.report.source import Source
+from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure
+from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import story
 from esp_trainer.seeding import stream
 from predprey_env.settings import flat
@@ -31,7 +31,11 @@ _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it t
 
 
 def write_page(
-    sources: Sequence[Source], out: Path, settings: Settings, say: Callable[[str], None], notes: Sequence[str] = ()
+    sources: Sequence[RunSource],
+    out: Path,
+    settings: ReportOptions,
+    say: Callable[[str], None],
+    notes: Sequence[str] = (),
 ) -> None:
     """Measure runs, and write their page.
 
@@ -47,7 +51,7 @@ def write_page(
     write_text(out, page(runs, notes))
 
 
-def page(runs: Sequence[Measured], notes: Sequence[str] = ()) -> str:
+def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
     lines = story(runs)
@@ -89,11 +93,11 @@ def _json(data: Any) -> str:
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _title(sources: Sequence[Source]) -> str:
+def _title(sources: Sequence[RunSource]) -> str:
     return sources[0].name if len(sources) == 1 else f"{sources[0].name} and {len(sources) - 1} more"
 
 
-def _subtitle(sources: Sequence[Source]) -> str:
+def _subtitle(sources: Sequence[RunSource]) -> str:
     env = sources[0].config.env
     seeds = ", ".join(str(source.config.seed) for source in sources)
     presets = ", ".join(dict.fromkeys(source.config.preset for source in sources))
@@ -103,7 +107,7 @@ def _subtitle(sources: Sequence[Source]) -> str:
     )
 
 
-def _missing(sources: Sequence[Source], unseen: list[str]) -> list[str]:
+def _missing(sources: Sequence[RunSource], unseen: list[str]) -> list[str]:
     of_runs: dict[str, list[str]] = {}
     for source in sources:
         for line in source.missing:
@@ -119,11 +123,11 @@ def _missing(sources: Sequence[Source], unseen: list[str]) -> list[str]:
     return lines
 
 
-def _names(names: list[str], sources: Sequence[Source]) -> str:
+def _names(names: list[str], sources: Sequence[RunSource]) -> str:
     return "All runs" if len(names) == len(sources) else ", ".join(names)
 
 
-def _teams(runs: Sequence[Measured]) -> list[dict[str, Any]]:
+def _teams(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
     """Return the teams of each run: champions of all kept generations if they fit, else of the measured ones."""
     histories = [run.source.history for run in runs]
     size = sum(array.nbytes for history in histories if history for array in history.champions.values())
@@ -136,14 +140,14 @@ def _teams(runs: Sequence[Measured]) -> list[dict[str, Any]]:
     ]
 
 
-def _kept(run: Measured, history: History, *, whole: bool) -> np.ndarray:
+def _kept(run: MeasuredRuns, history: History, *, whole: bool) -> np.ndarray:
     if whole or run.own is None or run.watched is None:
         return history.kept
     played = run.own.predators if "predators" in history.champions else run.own.prey
     return np.union1d(played, run.watched.generations)
 
 
-def _starts(runs: Sequence[Measured]) -> list[Any]:
+def _starts(runs: Sequence[MeasuredRuns]) -> list[Any]:
     """Return the starts of the cross-play, so that the matches behind each cell of the matrix can be played."""
     played = [run.own for run in runs if run.own]
     if not played:

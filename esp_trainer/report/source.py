@@ -22,11 +22,11 @@ from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.types import ROLES, Role
 
 SPREADS = ("diversity", "scale", "signal", "ties")
-"""Columns of :attr:`Source.spreads`."""
+"""Columns of :attr:`RunSource.spreads`."""
 
 
 @dataclass(frozen=True)
-class Source:
+class RunSource:
     """The readable part of a run."""
 
     name: str
@@ -50,7 +50,7 @@ class Source:
     def __len__(self) -> int:
         return len(self.history) if self.history else len(self.curves["caught"])
 
-    def first(self, n: int) -> Source:
+    def first(self, n: int) -> RunSource:
         """Return the first ``n`` generations."""
         curves = {name: curve[:n] for name, curve in self.curves.items()}
         history = self.history and self.history.first(n)
@@ -59,7 +59,7 @@ class Source:
         return replace(self, history=history, curves=curves, spreads=spreads, seconds=seconds)
 
 
-def cut(sources: Sequence[Source]) -> list[Source]:
+def cut(sources: Sequence[RunSource]) -> list[RunSource]:
     """Return the runs cut to the length of the shortest, see :func:`~.pooling.cut_to_shortest`."""
     n = min(map(len, sources))
     shorter = [source.first(n) for source in sources]
@@ -68,7 +68,7 @@ def cut(sources: Sequence[Source]) -> list[Source]:
     return [replace(source, history=next(same)) if source.history else source for source in shorter]
 
 
-def read(path: Path) -> Source:
+def read(path: Path) -> RunSource:
     """Read a run that is finished, in progress or damaged.
 
     Raises:
@@ -88,7 +88,7 @@ def read(path: Path) -> Source:
     curves = curves_of(lines[:n]) if lines else {}
     unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in CURVES}
     history = History(config, champions, curves or unknown, kept).first(n) if champions else None
-    return Source(
+    return RunSource(
         name=path.resolve().name,
         path=path,
         config=config,

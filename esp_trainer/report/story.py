@@ -9,7 +9,7 @@ import numpy as np
 from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
-from esp_trainer.report.measure import SHOWN, Measured, appeared
+from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
 from esp_trainer.types import ROLES, Role
 
 NOTABLE = 0.02
@@ -17,20 +17,20 @@ NOTABLE = 0.02
 or more runs the interval decides."""
 
 
-def story(runs: Sequence[Measured]) -> list[str]:
+def story(runs: Sequence[MeasuredRuns]) -> list[str]:
     """Return lines about progress, results against other opponents, cycles, phases, and behaviours of the runs."""
     lines = [_progress(runs), _met_others(runs) or _corners(runs), _circles(runs), _phases(runs), _behaviours(runs)]
     return [line for line in lines if line]
 
 
-def _progress(runs: Sequence[Measured]) -> str:
+def _progress(runs: Sequence[MeasuredRuns]) -> str:
     both = [run.progress for run in runs if run.progress]
     if not both:
         return _without_progress(runs)
     return f"{_verdict(_strengths(both))}: against the same opponents of their run, {_gains(both)}."
 
 
-def _met_others(runs: Sequence[Measured]) -> str:
+def _met_others(runs: Sequence[MeasuredRuns]) -> str:
     both = [run.met_others for run in runs if run.met_others]
     if not both:
         return ""
@@ -85,7 +85,7 @@ def _figure(values: list[float], sign: str = "") -> str:
     return f"{estimate.mean:{sign}z.2f} [{estimate.low:{sign}z.2f}, {estimate.high:{sign}z.2f}]"
 
 
-def _without_progress(runs: Sequence[Measured]) -> str:
+def _without_progress(runs: Sequence[MeasuredRuns]) -> str:
     """Return the line for runs in which only one side evolved, or that are too short to measure progress."""
     curves = [run.own.caught.ravel() for run in runs if run.own]
     if not curves:
@@ -101,7 +101,7 @@ def _without_progress(runs: Sequence[Measured]) -> str:
     )
 
 
-def _corners(runs: Sequence[Measured]) -> str:
+def _corners(runs: Sequence[MeasuredRuns]) -> str:
     corners = [early_late(run.own.caught) for run in runs if run.own and run.progress]
     if not corners:
         return ""
@@ -113,7 +113,7 @@ def _corners(runs: Sequence[Measured]) -> str:
     )
 
 
-def _circles(runs: Sequence[Measured]) -> str:
+def _circles(runs: Sequence[MeasuredRuns]) -> str:
     played = [run.own for run in runs if run.own and run.progress]
     shares = [1 - transitive_share(own.caught, own.n_episodes) for own in played]
     known = [share for share in shares if not np.isnan(share)]
@@ -127,7 +127,7 @@ def _circles(runs: Sequence[Measured]) -> str:
     )
 
 
-def _phases(runs: Sequence[Measured]) -> str:
+def _phases(runs: Sequence[MeasuredRuns]) -> str:
     dated = [run for run in runs if run.alternation]
     if not dated:
         return ""
@@ -154,7 +154,7 @@ def _times(n: int) -> str:
     return {0: "never", 1: "once", 2: "twice"}.get(n, f"{n} times")
 
 
-def _behaviours(runs: Sequence[Measured]) -> str:
+def _behaviours(runs: Sequence[MeasuredRuns]) -> str:
     watched = [run.watched for run in runs if run.watched]
     if not watched:
         return ""

@@ -22,7 +22,7 @@ FIGURES = ("caught", "predators_succeed", "prey_succeed")
 
 
 @dataclass(frozen=True)
-class Result:
+class RunResult:
     """A run of a sweep, with its results so far."""
 
     run: PlannedRun
@@ -51,7 +51,7 @@ def is_whole(path: Path, run: PlannedRun) -> bool:
     return done == config.generations and all(directory.champion_generations(role) == kept for role in evolving)
 
 
-def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
+def result_of(path: Path, run: PlannedRun, reason: str | None) -> RunResult:
     """Return a run's result from its log; a run that failed has no figures."""
     whole = reason is None and is_whole(path, run)
     lines: Sequence[bytes] = []
@@ -60,11 +60,11 @@ def result_of(path: Path, run: PlannedRun, reason: str | None) -> Result:
         recent = [json.loads(line)["held_out"] for line in lines[-RECENT:]]
         figures = {name: sum(each[name]["rate"] for each in recent) / len(recent) for name in FIGURES} if recent else {}
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
-        return Result(run, len(lines), {}, reason or f"its log is damaged: {error}", whole=False)
-    return Result(run, len(lines), {} if reason else figures, reason, whole)
+        return RunResult(run, len(lines), {}, reason or f"its log is damaged: {error}", whole=False)
+    return RunResult(run, len(lines), {} if reason else figures, reason, whole)
 
 
-def write_csv(file: Path, results: Sequence[Result]) -> None:
+def write_csv(file: Path, results: Sequence[RunResult]) -> None:
     """Write a CSV file with a line for each run."""
     lines = [["run", "cell", "seed", "generations", *FIGURES, "failed"]]
     for each in results:
@@ -74,7 +74,7 @@ def write_csv(file: Path, results: Sequence[Result]) -> None:
     write_table(file, lines)
 
 
-def table(results: Sequence[Result]) -> list[str]:
+def table(results: Sequence[RunResult]) -> list[str]:
     """Return a line for each cell: the number of complete runs, and the means over them with 95% intervals."""
     cells = dict.fromkeys(result.run.cell for result in results)
     width = max(map(len, ("", *cells)))

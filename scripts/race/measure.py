@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from esp_trainer.analysis.best_response import best_response
+from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import Opponents, caught_by_each, held_out_opponents, scripts
 from esp_trainer.analysis.cross_play import PANEL, own_cross_play
 from esp_trainer.analysis.history import History
@@ -115,7 +115,7 @@ def _responses(history: History, evaluator: FusedEvaluator) -> Arrays:
     found: Arrays = {"response.generations": frozen}
     for role in history.champions:
         answers = [
-            best_response(
+            evolve_response(
                 history,
                 role,
                 evaluator,

@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from esp_trainer import RunConfig
-from esp_trainer.analysis.best_response import best_response
+from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import caught_by_each, scripts
 from esp_trainer.analysis.cross_play import own_cross_play
 from esp_trainer.analysis.history import History
@@ -140,6 +140,6 @@ def _best_responses(history: History, evaluator: FusedEvaluator) -> Measured:
     found = {}
     for role in history.champions:
         seed = _RESPONSE_SEED + history.config.seed
-        answer = best_response(history, role, evaluator, n_generations=RESPONSE_GENERATIONS, seed=seed)
+        answer = evolve_response(history, role, evaluator, n_generations=RESPONSE_GENERATIONS, seed=seed)
         found[f"response.{role}"] = np.array([answer.before, answer.after])
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from esp_trainer.analysis.games import exploitability_of_generations, solve
+from esp_trainer.analysis.games import exploitability_of_generations, solve_matrix
 from esp_trainer.analysis.progress import dominant_generations
 from esp_trainer.analysis.ratings import rate
 from reproduction.report.words import mean, present
@@ -101,7 +101,7 @@ def games(results: dict[str, Results]) -> str:
         episodes = found.episodes
         values, supports, exploited, dominant, points = [], [], [], [], []
         for caught in found.caught:
-            game, sixth = solve(caught), len(caught) // 6
+            game, sixth = solve_matrix(caught), len(caught) // 6
             exploit = exploitability_of_generations(caught)
             rated = rate(caught, episodes, np.random.default_rng(0), n_resamples=2)
             values.append(game.value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from esp_trainer.analysis.best_response import BestResponse, best_response
+from esp_trainer.analysis.best_response import BestResponse, evolve_response
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.coevolution.sides import side_controller
@@ -62,7 +62,7 @@ def test_gain_is_what_the_side_that_evolved_wants_more_of():
 
 
 def test_predators_find_prey_that_only_run_east(evaluator: FusedEvaluator):
-    found = best_response(TOGETHER, "predators", evaluator, n_generations=N, seed=1)
+    found = evolve_response(TOGETHER, "predators", evaluator, n_generations=N, seed=1)
     assert (found.role, found.generation) == ("predators", 1)
     assert found.before == 0
     assert found.after > 0.3
@@ -72,26 +72,26 @@ def test_predators_find_prey_that_only_run_east(evaluator: FusedEvaluator):
 
 
 def test_prey_find_predators_that_only_run_east(evaluator: FusedEvaluator):
-    found = best_response(HEAD_ON, "prey", evaluator, n_generations=N, seed=1)
+    found = evolve_response(HEAD_ON, "prey", evaluator, n_generations=N, seed=1)
     assert found.before > 0.1  # by hand: each predator is in its row once in 12, and at an even distance half the time
     assert found.after < 0.02
     assert found.gain > 0.1
 
 
 def test_which_generation_is_frozen_can_be_chosen(evaluator: FusedEvaluator):
-    first = best_response(TOGETHER, "predators", evaluator, generation=0, n_generations=1, seed=1)
+    first = evolve_response(TOGETHER, "predators", evaluator, generation=0, n_generations=1, seed=1)
     assert first.generation == 0
     assert first.before > 0.1  # the predators of that generation run west, and its prey north
-    last = best_response(TOGETHER, "predators", evaluator, generation=-1, n_generations=1, seed=1)
+    last = evolve_response(TOGETHER, "predators", evaluator, generation=-1, n_generations=1, seed=1)
     assert last.generation == 1
     assert last.before == 0
     with pytest.raises(IndexError):
-        best_response(TOGETHER, "predators", evaluator, generation=2)
+        evolve_response(TOGETHER, "predators", evaluator, generation=2)
 
 
 @each_role
 def test_the_best_of_the_fresh_champions_is_measured_again_on_other_starts(role: Role, evaluator: FusedEvaluator):
-    found = best_response(HEAD_ON, role, evaluator, n_generations=N, seed=1)
+    found = evolve_response(HEAD_ON, role, evaluator, n_generations=N, seed=1)
     other: Role = "prey" if role == "predators" else "predators"
     frozen = HEAD_ON.team(other, 1)
     fresh = History.evolve(CONFIG.replace(seed=1, generations=N), evaluator, fixed={other: frozen})
@@ -104,7 +104,7 @@ def test_the_best_of_the_fresh_champions_is_measured_again_on_other_starts(role:
 
 @each_role
 def test_it_follows_from_its_seed(role: Role, evaluator: FusedEvaluator):
-    runs = [best_response(HEAD_ON, role, evaluator, n_generations=2, seed=seed) for seed in (1, 1, 2)]
+    runs = [evolve_response(HEAD_ON, role, evaluator, n_generations=2, seed=seed) for seed in (1, 1, 2)]
     numbers = [(found.before, found.after, found.curve.tobytes()) for found in runs]
     assert numbers[0] == numbers[1]
     assert numbers[0] != numbers[2]
@@ -125,7 +125,7 @@ def test_the_frozen_team_never_changes(role: Role):
             assert teams.genomes.shape[3] == 1
             return super().evaluate(batch)
 
-    best_response(history, role, Spy(CONFIG.env, threads=1), n_generations=3, seed=1)
+    evolve_response(history, role, Spy(CONFIG.env, threads=1), n_generations=3, seed=1)
     assert len(met) > 6
     assert all((genomes == frozen).all() for genomes in met)
     np.testing.assert_array_equal(history.champions[other][1], frozen)
@@ -133,7 +133,7 @@ def test_the_frozen_team_never_changes(role: Role):
 
 def test_it_is_followed_generation_by_generation(evaluator: FusedEvaluator):
     seen: list[int] = []
-    best_response(TOGETHER, "predators", evaluator, n_generations=3, watch=lambda: seen.append(1))
+    evolve_response(TOGETHER, "predators", evaluator, n_generations=3, watch=lambda: seen.append(1))
     assert len(seen) == 3
 
 
@@ -141,7 +141,7 @@ def test_a_script_can_be_what_is_frozen(evaluator: FusedEvaluator):
     config = CONFIG.replace(prey=CONFIG.prey.replace(policy="run_straight"))
     champions: dict[Role, np.ndarray] = {"predators": np.array([always("predators", EAST)])}
     history = History(config, champions, {"caught": np.zeros(1)})
-    found = best_response(history, "predators", evaluator, n_generations=N, seed=1)
+    found = evolve_response(history, "predators", evaluator, n_generations=N, seed=1)
     met = cross_play(
         history.team("predators", 0).as_teams(1), ScriptedTeams("run_straight"), evaluator, n_episodes=1000, seed=1
     )

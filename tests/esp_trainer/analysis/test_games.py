@@ -18,9 +18,9 @@ from esp_trainer.analysis.games import (
     as_square,
     decompose,
     decompose_generations,
-    exploitability,
     exploitability_of_generations,
-    solve,
+    mixture_exploitability,
+    solve_matrix,
 )
 
 CYCLE = np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]])
@@ -35,7 +35,7 @@ games = st.tuples(st.integers(2, 6), st.integers(2, 6)).flatmap(
 
 
 def test_rock_paper_scissors_mixes_all_three_alike():
-    equilibrium = solve(ROCK_PAPER_SCISSORS)
+    equilibrium = solve_matrix(ROCK_PAPER_SCISSORS)
     assert equilibrium.value == pytest.approx(0.5)
     assert equilibrium.predators == pytest.approx(np.full(3, 1 / 3))
     assert equilibrium.prey == pytest.approx(np.full(3, 1 / 3))
@@ -43,7 +43,7 @@ def test_rock_paper_scissors_mixes_all_three_alike():
 
 
 def test_on_a_ladder_the_last_generation_plays_alone():
-    equilibrium = solve(LADDER)
+    equilibrium = solve_matrix(LADDER)
     assert equilibrium.value == pytest.approx(0.5)
     assert equilibrium.predators == pytest.approx([0, 0, 1])
     assert equilibrium.prey == pytest.approx([0, 0, 1])
@@ -53,7 +53,7 @@ def test_on_a_ladder_the_last_generation_plays_alone():
 def test_a_game_of_unlike_sides_is_solved_by_hand():
     # Rows mixed by (p, 1 - p) get 4p - 1 and 1 - 2p from the first two columns: alike at p = 1/3, both 1/3. The
     # matrix of these is its own transpose, so columns mix alike; nobody plays the third.
-    equilibrium = solve(np.array([[3.0, -1.0, 3.0], [-1.0, 1.0, 3.0]]))
+    equilibrium = solve_matrix(np.array([[3.0, -1.0, 3.0], [-1.0, 1.0, 3.0]]))
     assert equilibrium.value == pytest.approx(1 / 3)
     assert equilibrium.predators == pytest.approx([1 / 3, 2 / 3])
     assert equilibrium.prey == pytest.approx([1 / 3, 2 / 3, 0])
@@ -61,16 +61,16 @@ def test_a_game_of_unlike_sides_is_solved_by_hand():
 
 @given(games)
 def test_an_equilibrium_cannot_be_exploited(payoffs: np.ndarray):
-    equilibrium = solve(payoffs)
+    equilibrium = solve_matrix(payoffs)
     assert equilibrium.predators.sum() == pytest.approx(1)
     assert equilibrium.prey.sum() == pytest.approx(1)
-    assert exploitability(payoffs, equilibrium.predators, equilibrium.prey) == pytest.approx((0, 0), abs=1e-9)
+    assert mixture_exploitability(payoffs, equilibrium.predators, equilibrium.prey) == pytest.approx((0, 0), abs=1e-9)
     assert all((side > -1e-9).all() for side in exploitability_of_generations(payoffs))
 
 
 @given(games)
 def test_the_sides_of_a_game_can_be_exchanged(payoffs: np.ndarray):
-    assert solve(-payoffs.T).value == pytest.approx(-solve(payoffs).value, abs=1e-9)
+    assert solve_matrix(-payoffs.T).value == pytest.approx(-solve_matrix(payoffs).value, abs=1e-9)
 
 
 def test_a_best_response_takes_what_it_can():
@@ -78,7 +78,7 @@ def test_a_best_response_takes_what_it_can():
     assert np.allclose(exploitability_of_generations(ROCK_PAPER_SCISSORS), 0.5)
     assert np.allclose(exploitability_of_generations(LADDER), [0.4, 0.2, 0])
     half = np.array([0.5, 0.5, 0])  # such predators get 0.75, 0.25 and 0.5, and the prey the same
-    assert exploitability(ROCK_PAPER_SCISSORS, half, half) == pytest.approx((0.25, 0.25))
+    assert mixture_exploitability(ROCK_PAPER_SCISSORS, half, half) == pytest.approx((0.25, 0.25))
 
 
 @pytest.mark.parametrize("decomposed", [decompose, decompose_generations])

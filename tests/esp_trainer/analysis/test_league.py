@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from esp_trainer.analysis.best_response import best_response
+from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.league import league_of_runs
-from esp_trainer.coevolution.league import Source
+from esp_trainer.coevolution.league import LeagueSource
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -57,8 +57,10 @@ def champions(path: Path, role: str, generations: list[int]) -> list[list[float]
 def test_champions_come_evenly_spread_run_by_run(runs: dict[str, Path]):
     league = league_of_runs([runs["short"], runs["a"]], tiny(), n_champions=3)
     assert league.sources == (
-        Source(str(runs["short"]), "smoke", 2, (0, 1, 2)),
-        Source(str(runs["a"]), "smoke", 1, (0, 4, 10)),  # of six places 0, 2.5, which is rounded to the even one, and 5
+        LeagueSource(str(runs["short"]), "smoke", 2, (0, 1, 2)),
+        LeagueSource(
+            str(runs["a"]), "smoke", 1, (0, 4, 10)
+        ),  # of six places 0, 2.5, which is rounded to the even one, and 5
     )
     assert list(league.genomes) == ["predators", "prey"]
     for role in ROLES:
@@ -128,4 +130,4 @@ def test_a_run_in_memory_is_the_run_on_disk_and_its_history_holds_its_own_champi
         assert (in_memory.champions[role] == on_disk.champions[role]).all()
     with pytest.raises(ValueError, match="the config names the league"):
         History.evolve(on_disk.config, evaluator)
-    assert best_response(on_disk, "prey", evaluator, n_generations=1, seed=5).generation == 3
+    assert evolve_response(on_disk, "prey", evaluator, n_generations=1, seed=5).generation == 3

@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 
 from esp_trainer.benchmark.gauntlet import Row, Standing
-from esp_trainer.benchmark.report import Result
+from esp_trainer.benchmark.report import BenchmarkResult
 from esp_trainer.statistics import Rate, wilson_of
 
 
 @pytest.fixture(scope="session")
-def result() -> Callable[..., Result]:
+def result() -> Callable[..., BenchmarkResult]:
     """``result(held_out=0.4, **fields)``: of predators that met three opponents."""
 
-    def make(held_out: float = 0.4, **fields: Any) -> Result:
+    def make(held_out: float = 0.4, **fields: Any) -> BenchmarkResult:
         rows = [
             Row("held-out/x-3v2/prey/seed-1-late", "held out", wilson_of(held_out, 64), 12.5, 71.25),
             Row("x-3v2/prey/seed-2-late", "zoo", wilson_of(0.5, 64), 10.0, None),
@@ -43,6 +43,6 @@ def result() -> Callable[..., Result]:
             "rows": rows,
             "standing": standing,
         }
-        return Result(**{**known, **fields})
+        return BenchmarkResult(**{**known, **fields})
 
     return make

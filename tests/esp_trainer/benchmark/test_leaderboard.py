@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from esp_trainer.benchmark.leaderboard import append
-from esp_trainer.benchmark.report import Result
+from esp_trainer.benchmark.report import BenchmarkResult
 
-Make = Callable[..., Result]
+Make = Callable[..., BenchmarkResult]
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from esp_trainer.benchmark.report import Result, save, table
+from esp_trainer.benchmark.report import BenchmarkResult, save, table
 from esp_trainer.cli.parser import make_parser
 
-Make = Callable[..., Result]
+Make = Callable[..., BenchmarkResult]
 
 
 def test_the_table_tells_each_meeting_and_what_all_say(result: Make):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from esp_trainer.coevolution.coevolution import Coevolution
-from esp_trainer.coevolution.league import NO_LEAGUE, League, Source
+from esp_trainer.coevolution.league import NO_LEAGUE, League, LeagueSource
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.team import pick
@@ -39,7 +39,7 @@ def league(config: RunConfig, *roles: Role) -> League:
     for role in roles or ROLES:
         like = new_sides(config)[role].hall_of_fame.champions.shape[1:]
         genomes[role] = np.stack([np.full(like, gene, np.float32) for gene in GUESTS])
-    return League(genomes, (Source("runs/a", "custom", 3, (0, 9)),))
+    return League(genomes, (LeagueSource("runs/a", "custom", 3, (0, 9)),))
 
 
 class Spy(FusedEvaluator):
@@ -152,7 +152,7 @@ def test_a_league_is_named_by_the_digest_of_its_genomes():
     assert len(guests.digest) == 64
     assert guests.enter(config) == config.replace(league=guests.digest)
     assert guests.enter(guests.enter(config)) == guests.enter(config)
-    elsewhere = League(guests.genomes, (Source("copied/a", "custom", 3, (0, 9)),))
+    elsewhere = League(guests.genomes, (LeagueSource("copied/a", "custom", 3, (0, 9)),))
     assert elsewhere.digest == guests.digest
     assert league(config, "prey").digest not in ("", guests.digest)
 

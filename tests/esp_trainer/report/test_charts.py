@@ -12,13 +12,13 @@ import pytest
 from esp_trainer.analysis.history import CURVES, History
 from esp_trainer.config import RunConfig
 from esp_trainer.report.charts import charts, matrix
-from esp_trainer.report.measure import Measured
-from esp_trainer.report.source import Source
+from esp_trainer.report.measure import MeasuredRuns
+from esp_trainer.report.source import RunSource
 
 N = 30
 
 
-def source(level: float) -> Source:
+def source(level: float) -> RunSource:
     curves = {name: np.full((N, 2) if name.startswith("trials") else N, level) for name in CURVES}
     champions = {"predators": np.full((N, 3, 2, 10, 7), level, np.float32)}
     history = History(RunConfig(), champions, curves)  # type: ignore[arg-type]
@@ -26,32 +26,32 @@ def source(level: float) -> Source:
         "predators": np.stack([np.full(N, level), np.full(N, 2 * level), np.full(N, 0.1), np.full(N, 0.5)], axis=1)
     }
     seconds = {"trials": np.full(N, level / 10)}
-    return Source("run", Path("run"), RunConfig(), N, history, curves, spreads, seconds, ())  # type: ignore[arg-type]
+    return RunSource("run", Path("run"), RunConfig(), N, history, curves, spreads, seconds, ())  # type: ignore[arg-type]
 
 
-def figures(*runs: Measured) -> dict[str, Any]:
+def figures(*runs: MeasuredRuns) -> dict[str, Any]:
     return {figure["id"]: figure for figure in charts(runs)}
 
 
 def test_there_is_a_chart_of_all_that_is_known_and_of_nothing_else() -> None:
-    assert set(figures(Measured(source(0.5)))) == {"success", "signal", "diversity", "weights", "timings"}
+    assert set(figures(MeasuredRuns(source(0.5)))) == {"success", "signal", "diversity", "weights", "timings"}
     without = replace(source(0.5), spreads={}, seconds={}, history=None)
-    assert set(figures(Measured(without))) == {"success"}
-    assert matrix([Measured(without)]) is None
+    assert set(figures(MeasuredRuns(without))) == {"success"}
+    assert matrix([MeasuredRuns(without)]) is None
 
 
 def test_what_an_older_log_does_not_tell_is_not_drawn() -> None:
     older = source(0.5)
     older.spreads["predators"][:, 2:] = np.nan
-    assert set(figures(Measured(older))) == {"success", "diversity", "weights", "timings"}
+    assert set(figures(MeasuredRuns(older))) == {"success", "diversity", "weights", "timings"}
 
 
 def test_a_run_is_a_line_two_are_their_mean_and_more_are_that_in_a_band() -> None:
-    (one,) = figures(Measured(source(0.2)))["diversity"]["data"]
+    (one,) = figures(MeasuredRuns(source(0.2)))["diversity"]["data"]
     assert one["y"] == [0.2] * N
-    (two,) = figures(Measured(source(0.2)), Measured(source(0.4)))["diversity"]["data"]
+    (two,) = figures(MeasuredRuns(source(0.2)), MeasuredRuns(source(0.4)))["diversity"]["data"]
     assert two["y"] == pytest.approx([0.3] * N)
-    three = figures(*(Measured(source(level)) for level in (0.2, 0.3, 0.4)))
+    three = figures(*(MeasuredRuns(source(level)) for level in (0.2, 0.3, 0.4)))
     band, mean = three["diversity"]["data"]
     assert mean["y"] == pytest.approx([0.3] * N)
     half = 4.3027 * 0.1 / np.sqrt(3)  # Student's of two degrees of freedom, times the standard error
@@ -61,7 +61,7 @@ def test_a_run_is_a_line_two_are_their_mean_and_more_are_that_in_a_band() -> Non
 
 
 def test_times_are_milliseconds_and_weights_their_mean_size() -> None:
-    found = figures(Measured(source(0.5)))
+    found = figures(MeasuredRuns(source(0.5)))
     assert found["timings"]["data"][0]["y"] == pytest.approx([50.0] * N)
     champions, everybody = found["weights"]["data"]
     assert champions["y"] == pytest.approx([0.5] * N)
@@ -72,10 +72,10 @@ def test_times_are_milliseconds_and_weights_their_mean_size() -> None:
 def test_what_is_not_known_is_left_blank() -> None:
     gappy = source(0.5)
     gappy.spreads["predators"][3] = np.nan
-    (line,) = figures(Measured(gappy))["diversity"]["data"]
+    (line,) = figures(MeasuredRuns(gappy))["diversity"]["data"]
     assert line["y"][2:5] == [0.5, None, 0.5]
 
 
 def test_a_reader_can_tell_curves_apart_without_colours() -> None:
-    lines = figures(Measured(source(0.5)))["success"]["data"]
+    lines = figures(MeasuredRuns(source(0.5)))["success"]["data"]
     assert len({line["line"]["dash"] for line in lines}) == len(lines) == 3

@@ -17,12 +17,12 @@ from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import historical_progress
 from esp_trainer.config import RunConfig
 from esp_trainer.report import moments
-from esp_trainer.report.measure import SHOWN, Measured, Watched
-from esp_trainer.report.source import Source
+from esp_trainer.report.measure import SHOWN, MeasuredRuns, Watched
+from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import story
 
 N_EPISODES = 100
-SOURCE = Source("run", Path("run"), RunConfig(), 450, None, {}, {}, {}, ())
+SOURCE = RunSource("run", Path("run"), RunConfig(), 450, None, {}, {}, {}, ())
 
 
 def met(caught: np.ndarray) -> CrossPlay:
@@ -40,9 +40,9 @@ def ladder(predators: float, prey: float) -> np.ndarray:
     return 0.5 + predators * (rise[:, None] - 0.5) - prey * (rise - 0.5)
 
 
-def run(predators: float = 0.3, prey: float = 0.1, **more: Any) -> Measured:
+def run(predators: float = 0.3, prey: float = 0.1, **more: Any) -> MeasuredRuns:
     own = met(ladder(predators, prey))
-    return Measured(SOURCE, own=own, progress=historical_progress(own.caught), **more)
+    return MeasuredRuns(SOURCE, own=own, progress=historical_progress(own.caught), **more)
 
 
 def rate(excess: float) -> BehaviourRate:
@@ -94,7 +94,7 @@ def test_over_runs_the_interval_decides() -> None:
 
 
 def test_it_tells_progress_against_other_seeds_where_there_are_any() -> None:
-    def against(gain: float) -> Measured:
+    def against(gain: float) -> MeasuredRuns:
         both = historical_progress(met(ladder(gain, gain)).caught)
         return run(met_others=Sides(*both))
 
@@ -127,7 +127,7 @@ def test_it_says_how_much_goes_in_circles() -> None:
     )
     wheel = np.cos(2 * np.pi * (np.arange(6)[:, None] - np.arange(6)) / 6) / 2 + 0.5
     own = met(wheel)
-    round_and_round = Measured(SOURCE, own=own, progress=historical_progress(own.caught))
+    round_and_round = MeasuredRuns(SOURCE, own=own, progress=historical_progress(own.caught))
     assert "Of who beats whom, 1.00 depends on the opponent" in story([round_and_round])[2]
 
 
@@ -182,4 +182,4 @@ def test_a_behaviour_shows_where_it_is_seen_most() -> None:
 
 
 def test_without_champions_there_is_nothing_to_say_of_progress() -> None:
-    assert story([Measured(SOURCE)]) == ["No champion could be read, so nothing can be said of progress."]
+    assert story([MeasuredRuns(SOURCE)]) == ["No champion could be read, so nothing can be said of progress."]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from esp_trainer.coevolution.league import League, Source
+from esp_trainer.coevolution.league import League, LeagueSource
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
@@ -39,7 +39,7 @@ def guests_for(config: RunConfig, n: int = 3) -> League:
         for role, side in new_sides(config).items()
         if isinstance(side, EvolvingSide)
     }
-    return League(genomes, (Source("runs/a", "smoke", 7, (0, 3, 5)),))
+    return League(genomes, (LeagueSource("runs/a", "smoke", 7, (0, 3, 5)),))
 
 
 @pytest.fixture
