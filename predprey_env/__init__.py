@@ -3,6 +3,7 @@
 import pettingzoo
 
 from predprey_env.config import EnvConfig
+from predprey_env.envs.both import ParallelVectorEnv, parallel_vector_env
 from predprey_env.envs.parallel import PredPreyEnv
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
@@ -10,11 +11,13 @@ from predprey_env.predprey_v0 import env, parallel_env, raw_env
 
 __all__ = [
     "EnvConfig",
+    "ParallelVectorEnv",
     "PredPreyEnv",
     "PredPreyVectorEnv",
     "TeamView",
     "env",
     "parallel_env",
+    "parallel_vector_env",
     "raw_env",
     "team_view",
     "vector_env",

@@ -59,7 +59,7 @@ class SB3VecEnv(VecEnv):
         first, *others = [read_options(row, only_ours=True) for row in rows]
         if not all(_equal(first, other) for other in others):
             raise ValueError(f"options must be equal for all {self.num_envs} rows, which share one environment")
-        self._worlds._read_options(first)
+        self._worlds._read_options(first, self.num_envs)
         self._options = [copy.deepcopy(first)] * self.num_envs
 
     def reset(self) -> np.ndarray:

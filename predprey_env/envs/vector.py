@@ -8,7 +8,6 @@ from typing import Any, Unpack
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete, MultiDiscrete
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
@@ -16,8 +15,9 @@ from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
-from predprey_env.envs.inputs import read_actions, read_mask, read_mode, read_seeds
-from predprey_env.envs.options import Options, read_options
+from predprey_env.envs.inputs import read_actions
+from predprey_env.envs.many import ManyWorlds
+from predprey_env.envs.options import Options
 from predprey_env.envs.spaces import action_space, observation_space
 from predprey_env.envs.worlds import (
     count,
@@ -26,19 +26,13 @@ from predprey_env.envs.worlds import (
     look,
     make_counts,
     make_results,
-    make_scratch,
-    make_worlds,
     move_opponents,
     move_team,
     move_told,
-    place,
-    score,
 )
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import Opponent, draw_seed
 from predprey_env.policies.outside import seat
-from predprey_env.rules.starts import draw_each, given_starts
-from predprey_env.settings import brief, whole_number
 
 Infos = dict[str, Any]
 
@@ -65,7 +59,7 @@ def vector_env(
     return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode)
 
 
-class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):  # type: ignore[misc] # np_random is read-only
     """Many worlds as a vector environment whose rows are agents: row ``w * n_agents + a`` is agent ``a`` of world
     ``w``.
 
@@ -79,9 +73,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """
 
     team: TeamName = read_only("team")
-    n_worlds: int = read_only("n_worlds")
     num_envs: int = read_only("num_envs")
-    metadata: dict[str, Any] = read_only("metadata")
     single_observation_space: Box = read_only("single_observation_space")
     single_action_space: Discrete = read_only("single_action_space")
     observation_space: Box = read_only("observation_space")
@@ -97,31 +89,20 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         opponent: Opponent,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     ) -> None:
-        if config.captured_prey != "inert":
-            raise ValueError(f"in a vector env captured_prey must be 'inert', got {config.captured_prey!r}")
+        self._make_worlds(config, n_worlds, autoreset_mode)
         shape, others = config.team(team), other_team(team)
-        self._config = config
         self._team = team
-        self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
-        self._metadata: dict[str, Any] = {"name": "predprey_vector_v0", "render_modes": []}
-        self._autoreset_mode = self.metadata["autoreset_mode"] = read_mode(autoreset_mode)
-        self._num_envs = n_worlds * shape.n_agents
+        self._num_envs = self.n_worlds * shape.n_agents
         self._single_observation_space = observation_space(config, team)
         self._single_action_space = action_space(config, team)
         self._observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._action_space = batch_space(self.single_action_space, self.num_envs)
 
-        self._rules = config.rules
         self._in_turns = config.move_order == "prey_first"
         self._rows, self._other_rows = team_rows(config, team), team_rows(config, others)
-        self._worlds = make_worlds(config, n_worlds)
-        self._scratch = make_scratch(config)
-        self._opponent, self._outside, self._player = seat(opponent, others, config, n_worlds)
-        self._scores = np.zeros((n_worlds, config.n_agents))
-        self._random: list[tuple[np.random.Generator, int] | None] = [None] * n_worlds
+        self._opponent, self._outside, self._player = seat(opponent, others, config, self.n_worlds)
         self._all_rows = np.ones(self.num_envs, np.bool_)  # Gymnasium's mask of each info: all rows have it
         self._all_rows.flags.writeable = False
-        self._over: np.ndarray | None = None  # bool (n_worlds,): worlds that are over; None before the first reset
 
     def set_opponent(self, opponent: Opponent) -> None:
         """Replace the opponent in all worlds from the next step on; the new opponent is reset first.
@@ -139,42 +120,6 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._opponent, self._outside, self._player = old
             raise
 
-    @property
-    def autoreset_mode(self) -> AutoresetMode:
-        """Behaviour after the end of an episode; it can be set before the first reset."""
-        return self._autoreset_mode
-
-    @autoreset_mode.setter
-    def autoreset_mode(self, given: AutoresetMode | str) -> None:
-        mode = read_mode(given)
-        if self._over is not None and mode is not self._autoreset_mode:
-            raise ValueError(
-                f"autoreset_mode cannot change after the first reset(): make the environment with {mode.value!r}"
-            )
-        self._autoreset_mode = self.metadata["autoreset_mode"] = mode
-
-    @property
-    def max_cycles(self) -> int:
-        """Time limit in steps. A new limit set during episodes applies at once; episodes past it end with the next
-        step.
-        """
-        return self.config.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, steps: int) -> None:
-        self._config = self._config.replace(max_cycles=steps)
-        self._rules = self._config.rules
-
-    @property  # type: ignore[misc] # read-only, as in SyncVectorEnv
-    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The generator of each world."""
-        return tuple(self._seeded(world)[0] for world in range(self.n_worlds))
-
-    @property
-    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Seed from which the generator of each world was made."""
-        return tuple(self._seeded(world)[1] for world in range(self.n_worlds))
-
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
     ) -> tuple[np.ndarray, Infos]:
@@ -185,13 +130,11 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         agents of the worlds that start. An option that looks like a misspelling of one of these is a
         :class:`ValueError`; other options are left to wrappers.
         """
-        which, given = self._read_options(options)
+        which, given = self._read_options(options, self.num_envs)
         with self._all_or_nothing():
             self._seed(seed, which)
             self._start(which, given)
-            over = np.zeros(self.n_worlds, np.bool_) if self._over is None else self._over.copy()
-            over[which] = False
-            self._over = over
+            self._mark_started(which)
         return self._look(), self._count()
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Infos]:
@@ -199,14 +142,7 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
         If an action is wrong, or the opponent raises or returns unusable actions, all worlds stay as they were.
         """
-        if self._over is None:
-            raise RuntimeError("reset() must be called before step()")
-        if self._autoreset_mode is AutoresetMode.DISABLED and self._over.any():
-            over = np.flatnonzero(self._over).tolist()
-            raise RuntimeError(
-                f"reset() must be called with a reset_mask for the worlds that are over, got {brief(over)}"
-            )
-        before, n_agents, dense = self._over, self._rows.n_agents, self.config.reward == "dense"
+        before, n_agents, dense = self._check_ready(), self._rows.n_agents, self.config.reward == "dense"
         chosen = read_actions(actions, self.n_worlds, self._rows.n_agents, self.config.team(self.team).n_actions)
         results = make_results(self.n_worlds, self._rows)
         with self._all_or_nothing():
@@ -224,15 +160,6 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 infos |= {**final, "_final_obs": ended, "_final_info": ended}
         rewards, terminated, truncated = (array.ravel() for array in results)
         return observations, rewards, terminated, truncated, infos
-
-    def _read_options(self, options: Options | None) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the indices of the worlds that start, and their starts, None for random starts."""
-        options = read_options(options)
-        which = read_mask(options.get("reset_mask"), self.n_worlds, self.num_envs)
-        if self._over is None and len(which) < self.n_worlds:
-            raise RuntimeError("reset() must be called without a reset_mask first")
-        starts = options.get("starts")
-        return which, None if starts is None else given_starts(starts, self.config, self.n_worlds)[which]
 
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:
@@ -270,15 +197,14 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
         """Start some worlds, each from its own generator unless starts are given."""
-        generators = [self._seeded(world)[0] for world in which.tolist()]
-        starts = draw_each(generators, self.config) if given is None else given
-        seeds = np.array([draw_seed(generator) for generator in generators], np.int64)
-        place(self._worlds, which, starts, seeds)
+        starts = self._draw_starts(which, given)
+        seeds = np.array([draw_seed(generator) for generator in self._generators(which)], np.int64)
+        self._place(which, starts, seeds)
         if self._outside:
             self._outside.reset(which, seeds)
         if self._in_turns and self.team == "predators":
             self._play_first_turn(which)
-        score(self._worlds, self._rules, self._scratch, which, self._scores)
+        self._score(which)
 
     def _play_first_turn(self, which: np.ndarray) -> None:
         """Let the prey move in the worlds that just started; in the others they stay, as if the episode were over."""
@@ -301,16 +227,3 @@ class PredPreyVectorEnv(Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         count(self._worlds, self._rows, self._rules, counts)
         infos: Infos = {name: array.ravel() for name, array in counts._asdict().items()}
         return infos | {f"_{name}": self._all_rows for name in counts._fields}
-
-    def _seeded(self, world: int) -> tuple[np.random.Generator, int]:
-        seeded = self._random[world]
-        if seeded is None:
-            seeded = self._random[world] = seeding.np_random()
-        return seeded
-
-    def _seed(self, seed: int | Sequence[int | None] | None, which: np.ndarray) -> None:
-        seeds = read_seeds(seed, self.n_worlds)
-        named = {world: seeds[world] for world in which.tolist() if seeds[world] is not None}
-        fresh = {world: seeding.np_random(each) for world, each in named.items()}
-        for world, seeded in fresh.items():  # set only after all seeds were accepted
-            self._random[world] = seeded
