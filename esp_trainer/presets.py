@@ -8,6 +8,7 @@ from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from predprey_env.config import EnvConfig
 
 _ONE_PREY = EnvConfig(n_prey=1)
+_OWN_REWARD = EnvConfig(credit="individual")  # each predator is paid for its own distance
 _MONOLITHIC = SideConfig(controller="monolithic")
 _SCALED = SideConfig(input_scale=0.2)
 _DRAWN = SideConfig(output="linear", choice="drawn")
@@ -38,10 +39,21 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         ),
     ),
     "race-3v2": (
-        "recommended: the same with two prey, each predator paid for its own distance; not proved yet (docs/race.md)",
+        "the same with two prey on the paper's torus, where the prey win after some 500 generations; not proved yet",
         RunConfig(
             generations=1500,
-            env=EnvConfig(credit="individual"),
+            env=_OWN_REWARD,
+            predators=_BIASED,
+            prey=_BIASED.replace(input_scale=0.2),
+            esp=_RACE,
+            champion=_BEST_OF_POOL,
+        ),
+    ),
+    "race-3v2-50": (
+        "recommended with two prey: 50 x 50 cells, where neither side wins for 600 generations (docs/race-protocol.md)",
+        RunConfig(
+            generations=800,
+            env=_OWN_REWARD.replace(size=50),
             predators=_BIASED,
             prey=_BIASED.replace(input_scale=0.2),
             esp=_RACE,
