@@ -98,9 +98,9 @@ VARIANTS = {
 
 def walk(
     env: PredPreyEnv, predators: Policy, prey: Policy, start: np.ndarray, seed: int
-) -> tuple[np.ndarray, np.ndarray, list[int]]:
-    """Everybody's cells at the start and after every time step, ``(steps + 1, n_agents, 2)``, and free prey then, both
-    read from the state; and the actions of each step.
+) -> tuple[np.ndarray, list[dict[int, int]], list[int]]:
+    """Everybody's cells at the start and after every time step, ``(steps + 1, n_agents, 2)``, read from the state; the
+    actions of each step, by agent; and the step in which each prey was caught, 0 for none.
     """
     n, n_prey = env.config.n_agents, env.config.n_prey
     calls_a_step = 2 if env.config.move_order == "prey_first" else 1
@@ -125,7 +125,8 @@ def walk(
         if calls % calls_a_step == 0:
             path.append(cells())
     turns = [actions[at : at + calls_a_step] for at in range(0, calls, calls_a_step)]
-    taken = [[part[agent] for agent in env.possible_agents for part in turn if agent in part] for turn in turns]
+    number = {agent: i for i, agent in enumerate(env.possible_agents)}
+    taken = [{number[agent]: action for part in turn for agent, action in part.items()} for turn in turns]
     return np.array(path), taken, caught_at
 
 
@@ -153,7 +154,7 @@ def assert_same_walks(config: EnvConfig, batch: TrialBatch) -> None:
             assert (cells[trial, episode, len(path) :] == -1).all()
             assert caught_at[trial, episode].tolist() == caught
             for step, chosen in enumerate(taken):
-                assert actions[trial, episode, step, : len(chosen)].tolist() == chosen
+                assert {agent: actions[trial, episode, step, agent] for agent in chosen} == chosen
             assert (actions[trial, episode, len(taken) :] == -1).all()
 
 
