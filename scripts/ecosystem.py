@@ -86,7 +86,7 @@ def test(tool: str) -> tuple[int, int]:
     report = PLACE / tool / "report.xml"
     report.unlink(missing_ok=True)
     files = sorted(TESTS.glob(f"test_{tool}*.py"))
-    done = run(tool, "-m", "pytest", "-m", "ecosystem", *files, "--junit-xml", report)
+    done = run(tool, "-m", "pytest", "-m", "ecosystem", "-n", "0", *files, "--junit-xml", report)
     if not report.exists():
         return 0, 1
     suite = ElementTree.parse(report).getroot().find("testsuite")

@@ -51,6 +51,8 @@ class Suite(NamedTuple):
         return [
             *self.files,
             "-q",
+            *("-n", "0"),  # a mutant is imported in this process alone
+            *("-m", ""),  # the slow tests too
             "-p",
             "no:cacheprovider",
             "-p",

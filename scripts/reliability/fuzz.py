@@ -40,7 +40,7 @@ class _Count:
 def fuzz(*options: str) -> dict[str, Any]:
     """Run the tests; :class:`RuntimeError` unless they pass."""
     count, begun = _Count(), time.perf_counter()
-    code = pytest.main([str(TESTS), "-q", *options], plugins=[count])
+    code = pytest.main([str(TESTS), "-q", "-m", "", "-n", "0", *options], plugins=[count])
     if code:
         raise RuntimeError(f"{TESTS.name} ended with {code}")
     seconds = round(time.perf_counter() - begun, 1)
