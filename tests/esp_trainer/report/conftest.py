@@ -7,11 +7,13 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from esp_trainer.analysis.watch import episodes
 from esp_trainer.cli import main
 
 if TYPE_CHECKING:
@@ -43,9 +45,11 @@ def run(runs: list[Path], tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def report() -> Callable[..., int]:
-    """``report(*arguments)``: the command in this process, with little to play."""
-    return lambda *arguments: main(["report", *map(str, arguments), "--generations", "8", "--episodes", "8"])
+def report() -> Iterator[Callable[..., int]]:
+    """``report(*arguments)``: the command in this process, with little to play and to watch."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("esp_trainer.report.measure.episodes", partial(episodes, n_episodes=32))
+        yield lambda *arguments: main(["report", *map(str, arguments), "--generations", "8", "--episodes", "8"])
 
 
 @pytest.fixture(scope="session")

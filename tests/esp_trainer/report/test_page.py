@@ -106,6 +106,7 @@ def test_runs_of_different_lengths_are_shown_as_far_as_all_go(
     assert data_of(tmp_path / "page.html")["runs"][0]["sides"]["prey"]["generations"] == list(range(24))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("generations", [1, 2, 3])
 def test_a_short_run_has_a_page_too(
     generations: int, runs: list[Path], report: Callable[..., int], tmp_path: Path, open_page: Callable[..., Any]
@@ -121,6 +122,7 @@ def test_a_short_run_has_a_page_too(
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_run_against_a_script_has_a_page_too(
     report: Callable[..., int], tmp_path: Path, open_page: Callable[..., Any]
 ) -> None:

@@ -89,8 +89,11 @@ def played_here(history: History, generation: int, starts: np.ndarray) -> tuple[
     return trace.cells[:, 0], paths, captured
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CONFIGS)
+QUICK = ("paper-3v2", "in turns", "flee_nearest", "central")
+"""One of each kind of world and player: the others are slow."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in CONFIGS])
 def test_matches_networks_and_marks_are_the_trainers(name: str, blank_tab: Any) -> None:
     config = CONFIGS[name]
     env, evaluator = config.env, FusedEvaluator(config.env)

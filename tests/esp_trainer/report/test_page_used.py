@@ -69,6 +69,7 @@ def test_the_player_shows_what_the_environment_plays(
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_sliders_choose_generations_and_starts(
     runs: list[Path], page_file: Path, open_page: OpenPage, data_of: Any
 ) -> None:
@@ -86,6 +87,7 @@ def test_sliders_choose_generations_and_starts(
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_it_plays_pauses_steps_and_seeks(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     page = tab.page
@@ -108,6 +110,7 @@ def test_it_plays_pauses_steps_and_seeks(page_file: Path, open_page: OpenPage) -
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     page = tab.page
@@ -123,6 +126,7 @@ def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
     assert not tab(STATE)["playing"]
 
 
+@pytest.mark.slow
 def test_keys_work_from_the_first_moment_and_do_not_scroll(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file, viewport={"width": 1280, "height": 1200})
     keyboard, scrolled = tab.page.keyboard, "() => window.scrollY"
@@ -145,6 +149,7 @@ def test_keys_work_from_the_first_moment_and_do_not_scroll(page_file: Path, open
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_where_the_player_is_not_seen_space_scrolls_the_page(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file, viewport={"width": 1280, "height": 500})
     tab.page.locator("#world").click(position={"x": 1, "y": 1})  # it has the focus
@@ -160,6 +165,7 @@ def test_where_the_player_is_not_seen_space_scrolls_the_page(page_file: Path, op
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_after_a_click_on_a_moment_space_is_the_players(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab("() => { predprey.player.speed = 0.01; }")
@@ -172,14 +178,17 @@ def test_after_a_click_on_a_moment_space_is_the_players(page_file: Path, open_pa
     tab.assert_quiet()
 
 
-@pytest.mark.parametrize("keys", ["Control+ArrowRight", "Alt+ArrowRight", "Meta+ArrowRight", "Shift+Space", "End"])
-def test_keys_of_the_browser_are_left_to_it(page_file: Path, open_page: OpenPage, keys: str) -> None:
+@pytest.mark.slow
+def test_keys_of_the_browser_are_left_to_it(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab("() => addEventListener('keydown', (event) => { window.left = !event.defaultPrevented; })")
-    tab.page.keyboard.press(keys)
-    assert (tab("() => left"), tab(STATE)["time"], tab(STATE)["playing"]) == (True, 0, False)
+    for keys in ("Control+ArrowRight", "Alt+ArrowRight", "Meta+ArrowRight", "Shift+Space", "End"):
+        tab("() => { window.left = undefined; }")
+        tab.page.keyboard.press(keys)
+        assert (tab("() => left"), tab(STATE)["time"], tab(STATE)["playing"]) == (True, 0, False), keys
 
 
+@pytest.mark.slow
 def test_what_has_the_focus_keeps_the_keys_that_it_needs(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     keyboard = tab.page.keyboard
@@ -203,6 +212,7 @@ def test_what_has_the_focus_keeps_the_keys_that_it_needs(page_file: Path, open_p
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_agents_can_be_asked_while_they_play(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab.page.locator("#toggle").click()
@@ -212,6 +222,7 @@ def test_agents_can_be_asked_while_they_play(page_file: Path, open_page: OpenPag
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_from_a_start_of_ones_own_the_slider_leads_back(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab("() => predprey.player.show({ start: 0 })")
@@ -223,32 +234,31 @@ def test_from_a_start_of_ones_own_the_slider_leads_back(page_file: Path, open_pa
     assert tab.page.locator("#start-name").inner_text() == "1 of 8"
 
 
-@pytest.mark.parametrize(("row", "column"), [(1, 5), (0, 0), (0, -1), (-1, 0), (-1, -1)])
-def test_a_click_on_a_cell_of_the_matrix_plays_that_match(
-    page_file: Path, open_page: OpenPage, data_of: Any, row: int, column: int
-) -> None:
+@pytest.mark.slow
+def test_a_click_on_a_cell_of_the_matrix_plays_that_match(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
     matrix = data_of(page_file)["matrix"]
     tab = open_page(page_file)
     cells = tab.page.locator("#matrix .nsewdrag")
     cells.scroll_into_view_if_needed()
     width, height = cells.bounding_box()["width"], cells.bounding_box()["height"]
     axes = tab("() => ['xaxis', 'yaxis'].map((axis) => document.getElementById('matrix')._fullLayout[axis].range)")
-    x, y = matrix["prey"][column], matrix["predators"][row]
-    across = (x - axes[0][0]) / (axes[0][1] - axes[0][0])
-    up = (y - axes[1][0]) / (axes[1][1] - axes[1][0])
-    place = {"x": across * width, "y": (1 - up) * height}
-    cells.hover(position=place)
-    label = tab.page.locator("#matrix .hoverlayer .hovertext")
-    label.wait_for()
-    assert f"predators of generation {y}" in label.text_content()
-    assert f"{matrix['matrices'][0][row][column]:.2f} of the prey caught" in label.text_content()
-    cells.click(position=place)
-    tab.until("predprey.player.playing")
-    shown = tab(STATE)
-    assert (shown["predators"], shown["prey"]) == (y, x)
+    for row, column in ((1, 5), (0, 0), (0, -1), (-1, 0), (-1, -1)):
+        tab("() => predprey.player.pause()")
+        x, y = matrix["prey"][column], matrix["predators"][row]
+        across = (x - axes[0][0]) / (axes[0][1] - axes[0][0])
+        up = (y - axes[1][0]) / (axes[1][1] - axes[1][0])
+        place = {"x": across * width, "y": (1 - up) * height}
+        cells.hover(position=place)
+        label = tab.page.locator("#matrix .hoverlayer .hovertext", has_text=f"predators of generation {y}")
+        label.filter(has_text=f"{matrix['matrices'][0][row][column]:.2f} of the prey caught").wait_for()
+        cells.click(position=place)
+        tab.until("predprey.player.playing")
+        shown = tab(STATE)
+        assert (shown["predators"], shown["prey"]) == (y, x)
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_charts_have_no_bar_of_buttons(page_file: Path, open_page: OpenPage) -> None:
     """It would cover what can be clicked, and offer to upload the chart."""
     tab = open_page(page_file)
@@ -261,6 +271,7 @@ def test_charts_have_no_bar_of_buttons(page_file: Path, open_page: OpenPage) -> 
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_moment_plays_where_its_behaviour_is_marked(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
     moments = data_of(page_file)["moments"]
     assert moments
@@ -277,6 +288,7 @@ def test_a_moment_plays_where_its_behaviour_is_marked(page_file: Path, open_page
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_what_is_seen_stands_on_the_time_line_and_a_click_goes_there(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab.page.locator(".moments button").first.click()
@@ -288,6 +300,7 @@ def test_what_is_seen_stands_on_the_time_line_and_a_click_goes_there(page_file: 
     assert tab(STATE)["time"] == pytest.approx(tab(STATE)["length"] / 2, abs=1)
 
 
+@pytest.mark.slow
 def test_an_agent_that_is_dragged_starts_another_chase(runs: list[Path], page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     before = tab(STATE)
@@ -311,6 +324,7 @@ def test_an_agent_that_is_dragged_starts_another_chase(runs: list[Path], page_fi
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_click_on_an_agent_asks_why_it_moved(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab.page.locator("#thoughts button", has_text="prey b").click()
@@ -325,6 +339,7 @@ def test_a_click_on_an_agent_asks_why_it_moved(page_file: Path, open_page: OpenP
     assert tab.page.locator("#thoughts thead .chosen").inner_text() == went
 
 
+@pytest.mark.slow
 def test_it_has_a_dark_side(page_file: Path, open_page: OpenPage) -> None:
     ground = "() => getComputedStyle(document.body).backgroundColor"
     light, dark = (open_page(page_file, color_scheme=scheme) for scheme in ("light", "dark"))
@@ -337,6 +352,7 @@ def test_it_has_a_dark_side(page_file: Path, open_page: OpenPage) -> None:
     light.assert_quiet()
 
 
+@pytest.mark.slow
 def test_it_fits_a_phone(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file, viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True)
     tab.until("document.querySelectorAll('.charts .main-svg').length > 0")
@@ -348,6 +364,7 @@ def test_it_fits_a_phone(page_file: Path, open_page: OpenPage) -> None:
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_predators_of_one_run_meet_prey_of_another(
     runs: list[Path], pages_file: Path, open_page: OpenPage, data_of: Any
 ) -> None:
@@ -376,6 +393,7 @@ def test_predators_of_one_run_meet_prey_of_another(
     tab.assert_quiet()
 
 
+@pytest.mark.slow
 def test_names_are_shown_as_they_are_and_do_nothing(
     runs: list[Path], tmp_path: Path, report: Callable[..., int], open_page: OpenPage
 ) -> None:
