@@ -94,7 +94,7 @@ def played(config: EnvConfig, predators: Cells, prey: Cells, joint: Cells, fligh
 
 
 @each_world
-@pytest.mark.parametrize(("n_predators", "n_prey", "horizon"), [(2, 1, 3), (1, 2, 3), (2, 2, 1)])
+@pytest.mark.parametrize(("n_predators", "n_prey", "horizon"), [(2, 1, 2), (1, 2, 3), (2, 2, 1)])
 def test_values_are_those_of_a_plain_recursion_over_the_environment(
     fields: dict[str, Any], n_predators: int, n_prey: int, horizon: int
 ) -> None:
@@ -118,7 +118,7 @@ def test_values_are_those_of_a_plain_recursion_over_the_environment(
         return value_by_scipy(payoffs)
 
     solution, starts = solve(config, horizon), list(product(range(9), repeat=config.n_agents - 1))
-    for start in starts if len(starts) < 200 else starts[:: len(starts) // 40]:
+    for start in starts[:: max(1, len(starts) // 12)]:
         predators, prey = start[:n_predators], (0, *start[n_predators:])
         if not set(predators) & set(prey):
             for steps in range(horizon + 1):
@@ -154,7 +154,7 @@ def value_by_scipy(payoffs: np.ndarray) -> float:
         (6, 20, {"predator_idle": False}, 0.123, [0, 0, 0.023, 1]),
         (6, 5, {"move_order": "prey_first"}, 1.000, [0.997, 1, 1, 1]),
         (8, 10, {}, 0.853, [0.823, 0.844, 0.863, 0.881]),
-        (10, 15, {}, 0.841, [0.821, 0.835, 0.848, 0.860]),
+        pytest.param(10, 15, {}, 0.841, [0.821, 0.835, 0.848, 0.860], marks=pytest.mark.slow),
     ],
 )
 def test_values_of_three_predators_on_small_tori(

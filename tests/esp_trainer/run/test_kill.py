@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 _COMMAND = [sys.executable, "-c", "import sys; from esp_trainer.cli import main; sys.exit(main())"]
 _GENERATIONS = 1000
 """Of the run that is killed: more than it gets through in all its lives on a fast machine."""
+_STOPPED = 100
+"""Of a run that is stopped early: many times what it does in the time until the signal comes."""
 _PATIENCE = 60.0  # seconds, on a machine that is busy with other things
 
 
@@ -59,12 +61,17 @@ def _checkpointed(path: Path) -> int:
     return int(read_arrays(checkpoint, "checkpoint")[0]["generations"]) if checkpoint.exists() else 0
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+def _stop(number: signal.Signals) -> Any:
+    """SIGTERM stands for the others in the tests that are not slow."""
+    return pytest.param(number, marks=() if number == signal.SIGTERM else pytest.mark.slow, id=number.name)
+
+
+@pytest.mark.parametrize("number", [_stop(each) for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)])
 def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_the_same_bytes(
     number: signal.Signals, tmp_path: Path, snapshot: Any, uninterrupted: Any, resume: Any
 ) -> None:
-    config, path = preset("smoke").replace(generations=400), tmp_path / "run"
-    process = _begin("train", "smoke", "--generations", 400, "--out", path)
+    config, path = preset("smoke").replace(generations=_STOPPED), tmp_path / "run"
+    process = _begin("train", "smoke", "--generations", _STOPPED, "--out", path)
     _wait(process, lambda: _logged(path) >= 7)
     process.send_signal(number)
     _, errors = process.communicate(timeout=_PATIENCE)
@@ -75,13 +82,14 @@ def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_th
         f"stopped after {done} generations; go on with: esp-trainer resume {path}",
     ]
     assert "Traceback" not in errors
-    assert 7 <= done < 400
+    assert 7 <= done < _STOPPED
     assert _checkpointed(path) == done, "a run that may finish its write loses nothing"
     assert not list(path.rglob(".*"))
     list(resume(path).generations())
     assert snapshot(path) == uninterrupted(config)
 
 
+@pytest.mark.slow
 def test_more_signals_than_two_end_it_in_good_order_too(tmp_path: Path) -> None:
     path = tmp_path / "run"
     process = _begin("train", "smoke", "--generations", 3000, "--out", path)
@@ -130,6 +138,7 @@ def test_a_run_that_another_process_has_in_hand_is_left_alone(
     assert [json.loads(line)["generation"] for line in lines] == list(range(len(lines)))
 
 
+@pytest.mark.slow
 def test_a_run_that_another_process_has_in_hand_can_be_read(tmp_path: Path, resume: Any) -> None:
     """By those who only look: a page of it can be made, and it can be watched; it goes on as if they were not there."""
     path = tmp_path / "run"
@@ -233,14 +242,24 @@ class _Victim:
             assert Team.load(self.directory.champion_file("prey", generation)).n_agents == 2
 
 
+def test_a_run_that_is_killed_ends_in_the_bytes_of_one_that_was_not(
+    tmp_path: Path, snapshot: Any, uninterrupted: Any, resume: Any
+) -> None:
+    """Twice, in a generation and about a checkpoint; the slow test below does it at all moments."""
+    victim = _Victim(tmp_path / "run", uninterrupted(preset("smoke").replace(generations=60)), seed=0)
+    for kind in ("generation", "checkpoint"):
+        victim.live(kind)
+    list(resume(victim.path).generations())
+    assert snapshot(victim.path) == victim.whole
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0])
 def test_a_run_killed_at_random_moments_ends_in_the_bytes_of_one_that_was_not(
-    seed: int, tmp_path: Path, snapshot: Any, uninterrupted: Any, resume: Any
+    tmp_path: Path, snapshot: Any, uninterrupted: Any, resume: Any
 ) -> None:
     kinds = ["start_up"] * 6 + ["generation"] * 8 + ["champion"] * 6 + ["checkpoint"] * 6
-    random.Random(seed).shuffle(kinds)
-    victim = _Victim(tmp_path / "run", uninterrupted(preset("smoke").replace(generations=_GENERATIONS)), seed)
+    random.Random(0).shuffle(kinds)
+    victim = _Victim(tmp_path / "run", uninterrupted(preset("smoke").replace(generations=_GENERATIONS)), seed=0)
     for kind in kinds:
         victim.live(kind)
     assert sum(victim.kills.values()) == len(kinds) >= 20

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -58,6 +59,14 @@ def long_runs(tmp_path_factory: pytest.TempPathFactory, snapshot: Any) -> dict[s
     return {cell: snapshot(single(f"{cell}-seed0", LONG, path)) for cell in CELLS}
 
 
+@pytest.fixture(scope="module")
+def whole_sweep(tmp_path_factory: pytest.TempPathFactory, declare: Any) -> Path:
+    """The directory of a sweep with a run of each cell that nothing disturbed. Not to be changed."""
+    place = tmp_path_factory.mktemp("whole")
+    assert sweep(declare(place / "sweep.toml", seeds=1), place / "out", "--workers", "2") == 0
+    return place / "out"
+
+
 def workers_of(pid: int) -> list[int]:
     found = []
     for entry in Path("/proc").iterdir():
@@ -102,8 +111,8 @@ def test_the_same_command_does_what_is_missing_and_what_was_added(
     declared: Any, tmp_path: Path, snapshot: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    assert sweep(declared(seeds=1, generations=4), out) == 0
-    assert sweep(declared(seeds=1, generations=4), out) == 0
+    assert sweep(declared(seeds=1, generations=4), out, "--workers", "1") == 0
+    assert sweep(declared(seeds=1, generations=4), out, "--workers", "1") == 0
     assert f"2 runs in {out}, 2 of them whole\n" in capsys.readouterr().err
     assert sweep(declared(seeds=2, generations=6), out) == 0
     error = capsys.readouterr().err
@@ -122,7 +131,7 @@ def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
     assert main(["train", "smoke", "--generations", "1", "--out", str(other), "--quiet"]) == 0
     taken = RunDirectory(out / "taken")
     capsys.readouterr()
-    assert sweep(file, out) == 1
+    assert sweep(file, out, "--workers", "1") == 1
     output = capsys.readouterr().out
     reason = f"{other} holds another run: esp.n_trials is 100 there and 40 in the sweep"
     assert f"failed: {CELLS[0]}-seed0: {reason}\n" in output
@@ -148,14 +157,18 @@ def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
     ids=["no log", "a damaged log", "a champion less", "no config"],
 )
 def test_a_run_that_lost_something_is_not_whole_and_says_what(
-    harm: Callable[[Path], object], says: str, declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    harm: Callable[[Path], object],
+    says: str,
+    whole_sweep: Path,
+    declared: Any,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    file, out = declared(seeds=1), tmp_path / "out"
-    assert sweep(file, out) == 0
+    file, out = declared(seeds=1), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
     harm(out / f"{CELLS[0]}-seed0")
     capsys.readouterr()
     for _ in range(2):
-        assert sweep(file, out) == 1
+        assert sweep(file, out, "--workers", "1") == 1
         output, error = capsys.readouterr()
         assert "Traceback" not in error
         assert says in output
@@ -368,9 +381,8 @@ def test_a_run_that_kills_its_workers_is_given_up(declared: Any, tmp_path: Path)
     assert f"failed: {victim.name}: its process was lost 3 times, the last time by SIGKILL" in output
 
 
-def test_a_run_is_whole_with_its_checkpoint_and_its_champions(declared: Any, tmp_path: Path) -> None:
-    file, out = declared(seeds=1), tmp_path / "out"
-    assert sweep(file, out) == 0
+def test_a_run_is_whole_with_its_checkpoint_and_its_champions(whole_sweep: Path, declared: Any, tmp_path: Path) -> None:
+    file, out = declared(seeds=1), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
     run = read_plan(file)[0]
     assert is_whole(out / run.name, run)
     (out / run.name / "champions/prey-00003.safetensors").unlink()
