@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from esp_trainer.config import RunConfig
     from esp_trainer.types import TrialBatch
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.xdist_group("cluster")  # they look for all that Ray does on this machine
 
 PAPER = preset("paper-3v2")
 
 
-@pytest.mark.parametrize("n_workers", [1, 2, 7])
+@pytest.mark.parametrize("n_workers", [pytest.param(n, marks=() if n == 2 else pytest.mark.slow) for n in (1, 2, 7)])
 def test_a_run_has_the_bytes_of_one_machine_with_one_worker(
     n_workers: int, config: RunConfig, workers: Any, tmp_path: Path, snapshot: Any
 ) -> None:
@@ -43,6 +43,7 @@ def test_a_run_has_the_bytes_of_one_machine_with_one_worker(
     assert snapshot(tmp_path / "sharded") == snapshot(tmp_path / "whole")
 
 
+@pytest.mark.slow
 def test_both_nodes_of_a_cluster_play_and_one_that_is_killed_costs_only_its_shards(
     two_nodes: Any, processes: Any, play_and: Any, random_batch: Callable[..., TrialBatch]
 ) -> None:
@@ -59,6 +60,7 @@ def test_both_nodes_of_a_cluster_play_and_one_that_is_killed_costs_only_its_shar
     processes.wait(lambda: cluster.cores() == 1)
 
 
+@pytest.mark.slow
 def test_train_plays_on_a_cluster_by_its_address(two_nodes: Any, tmp_path: Path, snapshot: Any) -> None:
     ray.shutdown()  # the command connects by itself
     run = ["train", "smoke", "--generations", "3", "--esp.n_trials", "1600", "--quiet"]
@@ -77,6 +79,7 @@ def test_a_batch_too_small_to_share_is_played_here(
     assert (result.fitness == FusedEvaluator(PAPER.env).evaluate(batch).fitness).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("address", "says"),
     [

@@ -165,12 +165,7 @@ def assert_parity(config: EnvConfig, batch: TrialBatch) -> TrialResult:
     return result
 
 
-def marked(name: str) -> Any:
-    other_actions = not VARIANTS[name].env.get("predator_idle", True)  # another number of actions is compiled for
-    return pytest.param(name, marks=pytest.mark.slow if other_actions else ())
-
-
-@pytest.mark.parametrize("name", [marked(name) for name in VARIANTS])
+@pytest.mark.parametrize("name", VARIANTS)
 def test_every_switch_plays_the_same_in_both(name: str, random_batch: Callable[..., TrialBatch]):
     config = VARIANTS[name].config()
     assert_parity(config.env, random_batch(config, n_trials=53, n_episodes=2, seed=len(name)))
