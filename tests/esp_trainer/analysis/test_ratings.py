@@ -35,6 +35,7 @@ def test_true_ratings_are_found():
     assert prey.rating == pytest.approx(hard, abs=0.01)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_true_ratings_95_times_in_100():
     strong, hard = np.linspace(-200, 200, 8), np.linspace(-100, 100, 7)
     caught = 1 / (1 + 10 ** (-np.subtract.outer(strong, hard) / 400))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from esp_trainer.cli import main
 from esp_trainer.teams.zoo import known_teams, load_zoo
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def test_without_a_task_all_teams_are_listed(esp_trainer: Callable[..., Any]) ->
     assert esp_trainer("teams").out.count("/seed-") == len(known_teams())
 
 
-@pytest.mark.parametrize("spec", ["flee_nearest", PREY, "quick_policies:East"])
+@pytest.mark.parametrize("spec", ["flee_nearest", pytest.param(PREY, marks=pytest.mark.slow), "quick_policies:East"])
 def test_a_benchmark_is_printed_and_kept_the_same_each_time(
     spec: str, esp_trainer: Callable[..., Any], contents: Callable[[Path], Any]
 ) -> None:
@@ -87,7 +88,15 @@ def test_a_benchmark_is_printed_and_kept_the_same_each_time(
     assert ("caution: quick_policies was imported" in first.err) == (spec == "quick_policies:East")
 
 
-def test_an_own_policy_does_as_the_script_that_it_repeats(esp_trainer: Callable[..., Any]) -> None:
+@pytest.fixture(scope="module")
+def rows_of_script(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """What the script ``flee_nearest`` comes to against each opponent."""
+    place = tmp_path_factory.mktemp("benchmark") / "script"
+    assert main(["benchmark", "--policy", "flee_nearest", *QUICK, "--seed", "0", "--out", str(place)]) == 0
+    return json.loads((place / "results.json").read_text())["rows"]
+
+
+def test_an_own_policy_does_as_the_script_that_it_repeats(rows_of_script: Any, esp_trainer: Callable[..., Any]) -> None:
     Path("repeats.py").write_text(
         "from predprey_env.policies import ScriptedTeam\n"
         "class Flees:\n"
@@ -96,8 +105,7 @@ def test_an_own_policy_does_as_the_script_that_it_repeats(esp_trainer: Callable[
         "    def act(self, observations): return self.script.act(observations)\n"
     )
     esp_trainer("benchmark", "--policy", "repeats:Flees", *QUICK, "--out", "own")
-    esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--out", "script")
-    rows = [json.loads(Path(f"{place}/results.json").read_text())["rows"] for place in ("own", "script")]
+    rows = [json.loads(Path("own/results.json").read_text())["rows"], rows_of_script]
     alike = [a for a, b in zip(*rows, strict=True) if a == b]
     others = {a["opponent"] for a, b in zip(*rows, strict=True) if a != b}
     assert len(alike) > len(others)
@@ -211,8 +219,6 @@ def test_two_teams_of_one_role_do_not_play_each_other(esp_trainer: Callable[...,
         assert refusal == "esp-trainer: a match needs predators and prey, got two teams of prey"
 
 
-def test_another_seed_gives_another_table(esp_trainer: Callable[..., Any]) -> None:
-    for seed in ("0", "1"):
-        assert esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--seed", seed, "--out", seed).code == 0
-    rows = [json.loads(Path(f"{seed}/results.json").read_text())["rows"] for seed in ("0", "1")]
-    assert rows[0] != rows[1]
+def test_another_seed_gives_another_table(rows_of_script: Any, esp_trainer: Callable[..., Any]) -> None:
+    assert esp_trainer("benchmark", "--policy", "flee_nearest", *QUICK, "--seed", "1", "--out", "other").code == 0
+    assert json.loads(Path("other/results.json").read_text())["rows"] != rows_of_script
