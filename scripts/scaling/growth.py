@@ -45,14 +45,20 @@ class Grown(NamedTuple):
     """Megabytes of memory of the process at its peak."""
 
 
-def measure(scales: Sequence[int], population: int) -> list[Grown]:
-    """The paper's trials times each scale; the last once more with subpopulations of ``population`` neurons."""
+def measure(scales: Sequence[int], population: int, at_most: int) -> list[Grown]:
+    """The paper's trials times each scale; the last once more with subpopulations of ``population`` neurons.
+
+    Args:
+        scales: By how much the paper's trials are multiplied.
+        population: Neurons of the last subpopulations.
+        at_most: Generations of a size, of which there are fewer where they are long.
+    """
     sizes = [(1000 * scale, 100) for scale in scales] + [(1000 * scales[-1], population)]
-    return [_measure(*size) for size in sizes]
+    return [_measure(*size, at_most) for size in sizes]
 
 
-def _measure(n_trials: int, size: int) -> Grown:
-    generations = max(6, min(60, 200_000 // n_trials))
+def _measure(n_trials: int, size: int, at_most: int) -> Grown:
+    generations = min(at_most, max(6, 200_000 // n_trials))
     child = [sys.executable, "-c", _CHILD, str(n_trials), str(size), str(generations)]
     done = subprocess.run([sys.executable, "-c", _SMALL, *child], capture_output=True, text=True, check=False)
     if done.returncode:

@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 from esp_trainer.exact.solution import Solution, by_parity, means_by_parity, memory_needed, solve
 from esp_trainer.exact.states import n_keys, states_of, turns_of
 from esp_trainer.files import DamagedFileError
-from predprey_env import predprey_v0
+from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
 
 Cells: TypeAlias = tuple[int, ...]
@@ -78,9 +78,15 @@ def test_the_states_that_stand_for_others_are_among_them() -> None:
 
 
 @cache
+def world_of(config: EnvConfig) -> PredPreyEnv:
+    """One environment for all steps that are played in it."""
+    return PredPreyEnv(config)
+
+
+@cache
 def played(config: EnvConfig, predators: Cells, prey: Cells, joint: Cells, flights: Cells) -> tuple[Cells, Cells]:
     """The predators' cells after a step of the environment, and those of the prey that are free."""
-    env, size = predprey_v0.parallel_env(**config.model_dump()), config.size
+    env, size = world_of(config), config.size
     env.reset(seed=0, options={"starts": np.array([divmod(cell, size) for cell in (*predators, *prey)])})
     actions = {f"predator_{i}": action for i, action in enumerate(joint)}
     actions |= {f"prey_{i}": action for i, action in enumerate(flights)}
