@@ -214,7 +214,7 @@ def test_threads_change_nothing() -> None:
 
 @pytest.mark.parametrize("n_prey", [1, 2])
 def test_memory_is_known_before_it_is_taken(n_prey: int) -> None:
-    config = EnvConfig(size=8 if n_prey == 1 else 6, n_prey=n_prey)
+    config = EnvConfig(size=8 if n_prey == 1 else 5, n_prey=n_prey)
     solve(config, 1)  # or what compiling takes would count
     tracemalloc.start()
     by_parity(solve(config, 3), 3)
