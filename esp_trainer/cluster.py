@@ -14,9 +14,8 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
-
 from esp_trainer.run.directory import versions
+from predprey_env.extras import extra
 
 RETRIES = 20
 """Number of times that a task is retried after its worker died: a task that kills its workers must end some day."""
@@ -35,11 +34,9 @@ def connected(address: str) -> Iterator[None]:
         ConnectionError: No cluster answers at the address.
         DependencyNotInstalled: Ray is not installed.
     """
-    try:
-        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # users have not agreed to Ray's usage statistics
-        import ray
-    except ImportError:
-        raise DependencyNotInstalled('a Ray cluster needs ray: install predprey-esp with its extra "ray"') from None
+    check_installed()
+    import ray
+
     _check_answers(address)
     own = {"include_dashboard": False} if address == "local" else {}
     try:
@@ -51,6 +48,13 @@ def connected(address: str) -> Iterator[None]:
         yield
     finally:
         ray.shutdown()
+
+
+def check_installed() -> None:
+    """Raise :class:`gymnasium.error.DependencyNotInstalled`, with the remedy, if Ray is missing."""
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # users have not agreed to Ray's usage statistics
+    with extra("ray", "a Ray cluster"):
+        import ray  # noqa: F401
 
 
 def _check_answers(address: str) -> None:

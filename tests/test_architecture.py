@@ -28,11 +28,12 @@ RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
 SEES_THE_WORLD = {"evaluation", "analysis", "exact", "benchmark", "report", "cli"}
-NOT_THE_WORLD = {"config", "settings", "agents", "jit", "policies"}
+NOT_THE_WORLD = {"config", "extras", "settings", "agents", "jit", "policies"}
 
 # Likewise for the environment: each room may import those before it.
 ROOMS = [
     "settings",
+    "extras",
     "config",
     "agents",
     "jit",

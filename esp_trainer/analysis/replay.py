@@ -11,6 +11,7 @@ from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
+from predprey_env.extras import require_pygame
 from predprey_env.policies import Policy
 from predprey_env.rendering import text
 from predprey_env.rules.dynamics import World
@@ -85,8 +86,6 @@ def as_pictures(episode: Episode, fps: float, follow: int | None = None) -> Iter
 
     Raises :class:`gymnasium.error.DependencyNotInstalled` without pygame-ce.
     """
-    from predprey_env.rendering.extra import require_pygame
-
     require_pygame("a picture")
     from predprey_env.rendering.viewer import Viewer
 

@@ -19,8 +19,10 @@ from esp_trainer.exact.team import OptimalTeam
 from esp_trainer.files import check_place
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig
+from predprey_env.extras import require_pygame
 from predprey_env.policies import Policy, ScriptedTeam
 from predprey_env.rendering import save_video
+from predprey_env.rendering.video import check_encoder
 
 _LAST_LOOK = 2  # seconds that the end of a video stays
 
@@ -30,6 +32,8 @@ def replay(
 ) -> int:
     """Play one episode as text, or into files that move."""
     for video in videos:
+        require_pygame("a picture")
+        check_encoder(video)
         check_place(video)
     if follow and not videos:
         raise ValueError("--follow is for pictures: say --gif or --mp4 too")

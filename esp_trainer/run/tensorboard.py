@@ -8,9 +8,8 @@ from pathlib import Path
 from time import time
 from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
-
 from esp_trainer.files import naming
+from predprey_env.extras import extra
 
 
 class TensorBoardLog:
@@ -54,12 +53,8 @@ class TensorBoardLog:
 
 def check_installed() -> None:
     """Raise :class:`gymnasium.error.DependencyNotInstalled`, with the remedy, if TensorBoard is missing."""
-    try:
+    with extra("tensorboard", "a log for TensorBoard"):
         import tensorboard.summary  # noqa: F401
-    except ImportError:
-        raise DependencyNotInstalled(
-            'a log for TensorBoard needs tensorboard: install predprey-esp with its extra "tensorboard"'
-        ) from None
 
 
 def _scalars(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:

@@ -15,10 +15,10 @@ from predprey_env.envs.fixed import Configured
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.spaces import action_space, observation_space, state_space
+from predprey_env.extras import require_pygame
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.values import Array, FloatRows, IntegerRows
 from predprey_env.rendering import text
-from predprey_env.rendering.extra import require_pygame
 from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
 from predprey_env.rules.fitness import fitness
 from predprey_env.rules.observation import observe

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from predprey_env.rendering.extra import require
+from predprey_env.extras import extra
 from predprey_env.settings import brief, plain
 
 SUFFIXES = ".gif", ".mp4"
@@ -33,18 +33,15 @@ def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: 
     """Write RGB frames, uint8 ``(height, width, 3)``, as a GIF or an MP4; the suffix of the path decides which.
 
     Raises :class:`ValueError` for another suffix or unfit frames, :class:`OSError` if the file cannot be written, and
-    :class:`gymnasium.error.DependencyNotInstalled` if a GIF lacks Pillow, or an MP4 lacks imageio-ffmpeg, which the
-    extra ``render`` installs. After an error no half-written file is left.
+    :class:`gymnasium.error.DependencyNotInstalled` if a GIF lacks Pillow, or an MP4 lacks imageio-ffmpeg; the extra
+    ``render`` installs both. After an error no half-written file is left.
     """
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"a video must be a {' or '.join(SUFFIXES)} file, got {str(path)!r}")
     rate = _read_rate(fps)
-    if suffix == ".mp4":
-        require("imageio_ffmpeg", "an MP4", 'install predprey-esp with its extra "render"')
-    else:
-        require("PIL", "a GIF", "pip install pillow")
+    check_encoder(path)
     try:
         target = Path(os.path.realpath(path))  # replace the file that a link points to, and keep the link
         if target.is_symlink():  # a cycle of links
@@ -60,6 +57,16 @@ def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: 
             whole.replace(target)
     except OSError as error:
         raise OSError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def check_encoder(path: Path) -> None:
+    """Raise :class:`gymnasium.error.DependencyNotInstalled` if a package is missing that writes videos such as this."""
+    if path.suffix.lower() == ".mp4":
+        with extra("render", "an MP4"):
+            import imageio_ffmpeg  # noqa: F401
+    else:
+        with extra("render", "a GIF"):
+            import PIL  # noqa: F401
 
 
 def _read_rate(fps: Any) -> float:

@@ -79,7 +79,7 @@ def test_the_turn_based_face_renders_too() -> None:
 @pytest.mark.parametrize("mode", ["human", "rgb_array"])
 def test_without_pygame_one_line_names_what_to_install(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
-    line = rf'^render_mode "{mode}" needs pygame: pip install pygame-ce$'
+    line = rf'^render_mode "{mode}" needs pygame-ce: pip install "predprey-esp\[render\]"$'
     with pytest.raises(DependencyNotInstalled, match=line):
         PredPreyEnv(SMALL, mode)
 

@@ -321,14 +321,14 @@ def test_a_file_that_the_encoder_wrote_in_part_is_an_error_and_the_older_one_sta
     assert capfd.readouterr().err == "", "the error says it"
 
 
-def test_without_the_extra_a_film_is_refused_in_one_line_and_a_gif_is_written(
+def test_without_ffmpeg_a_film_is_refused_in_one_line_and_a_gif_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     frame = np.zeros((8, 8, 3), np.uint8)
     with pytest.raises(
         DependencyNotInstalled,
-        match=r'^an MP4 needs imageio_ffmpeg: install predprey-esp with its extra "render"$',
+        match=r'^an MP4 needs imageio-ffmpeg: pip install "predprey-esp\[render\]"$',
     ):
         save_video([frame], tmp_path / "chase.mp4")
     save_video([frame], tmp_path / "chase.gif")
@@ -338,7 +338,7 @@ def test_without_the_extra_a_film_is_refused_in_one_line_and_a_gif_is_written(
 
 def test_without_pillow_a_gif_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "PIL", None)
-    with pytest.raises(DependencyNotInstalled, match=r"^a GIF needs PIL: pip install pillow$"):
+    with pytest.raises(DependencyNotInstalled, match=r'^a GIF needs pillow: pip install "predprey-esp\[render\]"$'):
         save_video([BLACK], tmp_path / "chase.gif")
 
 

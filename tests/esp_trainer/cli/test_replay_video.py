@@ -61,11 +61,11 @@ def test_without_pygame_it_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "pygame", None)
     refusal = esp_trainer("replay", predators, "--against", prey, "--gif", tmp_path / "a.gif").refusal
-    assert "needs pygame: pip install pygame-ce" in refusal
+    assert refusal == 'esp-trainer: a picture needs pygame-ce: pip install "predprey-esp[render]"'
     assert builtins.list(tmp_path.glob("*.gif")) == []
 
 
-def test_without_the_extra_a_gif_is_written_and_an_mp4_refused(
+def test_without_ffmpeg_a_gif_is_written_and_an_mp4_refused(
     esp_trainer: EspTrainer, predators: Path, prey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
@@ -73,7 +73,7 @@ def test_without_the_extra_a_gif_is_written_and_an_mp4_refused(
     assert esp_trainer(*pair, "--gif", tmp_path / "12:30.gif").code == 0
     assert (tmp_path / "12:30.gif").read_bytes().startswith(b"GIF89a")
     refusal = esp_trainer(*pair, "--mp4", tmp_path / "a.mp4").refusal
-    assert refusal == 'esp-trainer: an MP4 needs imageio_ffmpeg: install predprey-esp with its extra "render"'
+    assert refusal == 'esp-trainer: an MP4 needs imageio-ffmpeg: pip install "predprey-esp[render]"'
     assert [file.name for file in tmp_path.iterdir()] == ["12:30.gif"]
 
 

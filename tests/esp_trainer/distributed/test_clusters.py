@@ -104,7 +104,5 @@ def test_without_ray_it_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     assert main(["train", "smoke", "--out", str(tmp_path / "run"), "--address", "local"]) == 1
-    assert capsys.readouterr().err == (
-        'esp-trainer: a Ray cluster needs ray: install predprey-esp with its extra "ray"\n'
-    )
+    assert capsys.readouterr().err == ('esp-trainer: a Ray cluster needs ray: pip install "predprey-esp[ray]"\n')
     assert not (tmp_path / "run").exists()

@@ -78,5 +78,5 @@ def test_without_tensorboard_it_says_what_to_install_and_begins_nothing(
     run = tmp_path / "run"
     assert main(["train", "smoke", "--generations", "1", "--out", str(run), "--tensorboard"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert 'install predprey-esp with its extra "tensorboard"' in line
+    assert line == 'esp-trainer: a log for TensorBoard needs tensorboard: pip install "predprey-esp[tensorboard]"'
     assert not run.exists()
