@@ -1,17 +1,18 @@
 """Intervals and tests over a few seeds.
 
 A seed is the unit of every statistic, because the episodes and generations of a run are not independent of each other.
+
+Intervals need no SciPy, as a sweep's table has them; the tests do, and import it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import floor, inf, sqrt
+from functools import lru_cache
+from math import cos, floor, inf, pi, sin, sqrt, tan
 
 import numpy as np
-from scipy import stats
-from scipy.stats import mannwhitneyu, permutation_test
 
 MIN_SEEDS = 3
 """Minimum number of seeds for an interval. With two seeds, Student's 95% interval is 12.7 standard errors each way."""
@@ -65,7 +66,7 @@ def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
     """
     values = _as_sample("values", values)
     n, mean = len(values), float(values.mean())
-    half = float(stats.t.ppf(0.975, n - 1) * values.std(ddof=1) / sqrt(n))
+    half = float(student_95(n - 1) * values.std(ddof=1) / sqrt(n))
     return Estimate(mean, mean - half, mean + half, n)
 
 
@@ -88,8 +89,33 @@ def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
     mean = curves.mean(axis=0)
     if len(curves) < MIN_SEEDS:
         return mean, mean, mean
-    half = stats.t.ppf(0.975, len(curves) - 1) * curves.std(axis=0, ddof=1) / np.sqrt(len(curves))
+    half = student_95(len(curves) - 1) * curves.std(axis=0, ddof=1) / np.sqrt(len(curves))
     return mean, mean - half, mean + half
+
+
+@lru_cache
+def student_95(degrees: int) -> float:
+    """Return the value that Student's t exceeds in magnitude with probability 5%.
+
+    The distribution of an integer number of degrees of freedom is a finite sum (Abramowitz & Stegun, Handbook of
+    Mathematical Functions, 1964, 26.7.3 and 26.7.4) of the angle ``atan(t / sqrt(degrees))``, inverted by bisection.
+    """
+    low, high = 0.0, pi / 2
+    for _ in range(60):  # more than the 53 bits of a float
+        middle = (low + high) / 2
+        low, high = (middle, high) if _within(middle, degrees) < 0.95 else (low, middle)
+    return sqrt(degrees) * tan(low)
+
+
+def _within(angle: float, degrees: int) -> float:
+    """Return the probability that ``|t|`` is below ``sqrt(degrees) * tan(angle)``."""
+    term = total = 1.0 if degrees % 2 == 0 else cos(angle)
+    for i in range(2 + degrees % 2, degrees - 1, 2):
+        term *= cos(angle) ** 2 * (i - 1) / i
+        total += term
+    if degrees % 2 == 0:
+        return sin(angle) * total
+    return 2 / pi * (angle + sin(angle) * total * (degrees > 1))
 
 
 def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) -> Comparison:
@@ -107,6 +133,8 @@ def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) ->
         a: One value per seed of the first kind, at least two.
         b: One value per seed of the second kind, at least two.
     """
+    from scipy.stats import mannwhitneyu
+
     a, b = _as_sample("a", a), _as_sample("b", b)
     differences = np.sort((a[:, None] - b).ravel())
     n_pairs = len(differences)
@@ -136,6 +164,8 @@ def against(values: Sequence[float] | np.ndarray, null: float = 0.0) -> Comparis
         values: One value per seed, at least two.
         null: Expected value under the null hypothesis.
     """
+    from scipy.stats import permutation_test
+
     differences = _as_sample("values", values) - null
     estimate = over_seeds(differences)
     flips = permutation_test(

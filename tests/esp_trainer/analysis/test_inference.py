@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import t
 
-from esp_trainer.analysis.inference import Comparison, against, compare, holm, over_seeds
+from esp_trainer.analysis.inference import Comparison, against, compare, holm, over_seeds, student_95
 
 samples = st.lists(st.integers(-20, 20).map(float), min_size=2, max_size=12)
 
@@ -22,6 +23,13 @@ def test_a_mean_has_students_interval():
     assert estimate.high - 3 == pytest.approx(2.776 * sqrt(0.5), rel=2e-4)
     assert 3 - estimate.low == pytest.approx(2.776 * sqrt(0.5), rel=2e-4)
     assert str(estimate) == "3.000 [1.037, 4.963]"
+
+
+def test_students_quantile_is_that_of_scipy():
+    assert student_95(1) == pytest.approx(12.706, rel=1e-4)
+    assert student_95(30) == pytest.approx(2.042, rel=2e-4)
+    for degrees in (*range(1, 60), 999, 1000):
+        assert student_95(degrees) == pytest.approx(t.ppf(0.975, degrees), rel=1e-12)
 
 
 def test_equal_seeds_have_no_width():
