@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +10,9 @@ from esp_trainer.analysis import games, phases, plots, progress
 from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.history import History
-from esp_trainer.analysis.pooling import (
-    check_directories,
-    check_same_config,
-    cut_to_shortest,
-    note_on_champions,
-    note_on_lengths,
-)
 from esp_trainer.analysis.progress import Progress
+from esp_trainer.cli.runs import read_runs
+from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place
 from esp_trainer.types import Role
@@ -125,19 +119,3 @@ def _draw(place: Path, name: str, history: History, own: CrossPlay) -> None:
         plots.legend(axes)
         plots.save(figure, place / f"{name}-master.png", {"generation": own.predators, **drawn})
     print(f"  figures                {place / name}-*.png")
-
-
-def read_runs(runs: list[Path]) -> list[History]:
-    """Read runs, cut to their common generations; raise :class:`ValueError` if they cannot be measured together."""
-    check_directories(runs)
-    histories = [History.of_run(run) for run in runs]
-    check_same_config([(run, history.config) for run, history in zip(runs, histories, strict=True)])
-    cut = cut_to_shortest(histories)
-    for note in filter(None, [note_on_lengths(list(map(len, histories))), note_on_champions(histories)]):
-        say(f"note: {note}")
-    return cut
-
-
-def say(line: str) -> None:
-    """Print a line to standard error, because standard output may be redirected to a file."""
-    print(line, file=sys.stderr, flush=True)

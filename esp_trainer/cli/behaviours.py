@@ -9,7 +9,8 @@ import numpy as np
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.analysis.watch import watch
-from esp_trainer.cli.analysis import read_runs, say
+from esp_trainer.cli.runs import read_runs
+from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place, write_table
 

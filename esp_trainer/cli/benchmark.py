@@ -13,7 +13,8 @@ from esp_trainer.benchmark.gauntlet import Gauntlet, Row
 from esp_trainer.benchmark.leaderboard import append, read
 from esp_trainer.benchmark.report import BenchmarkResult, save, table
 from esp_trainer.benchmark.specs import Candidate, load_candidate
-from esp_trainer.cli.analysis import say
+from esp_trainer.cli.candidate import tell_about
+from esp_trainer.cli.streams import say
 from esp_trainer.files import check_place
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import load_zoo
@@ -67,14 +68,6 @@ def benchmark(
         print(f"on the leaderboard: {leaderboard}")
     sys.stdout.flush()
     return 0
-
-
-def tell_about(candidate: Candidate) -> None:
-    """Print the caution and the note about a candidate, if any, before it is measured."""
-    if candidate.caution:
-        say(f"caution: {candidate.caution}")
-    if candidate.elsewhere:
-        say(f"note: {candidate.elsewhere}")
 
 
 def _result(

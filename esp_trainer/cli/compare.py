@@ -24,8 +24,8 @@ from esp_trainer.analysis.comparison import (
 from esp_trainer.analysis.conditions import check_same_world, conditions
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_champions, note_on_lengths
-from esp_trainer.cli.analysis import say
 from esp_trainer.cli.report import place_of_page, read_all
+from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place, write_table, write_text
 from esp_trainer.report.comparison import page

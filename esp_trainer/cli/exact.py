@@ -9,8 +9,8 @@ import numpy as np
 from tqdm import tqdm
 
 from esp_trainer.benchmark.specs import load_candidate
-from esp_trainer.cli.analysis import say
-from esp_trainer.cli.benchmark import tell_about
+from esp_trainer.cli.candidate import tell_about
+from esp_trainer.cli.streams import say
 from esp_trainer.exact.chances import chances, survivors
 from esp_trainer.exact.duration import sample_of, seconds_to_answer, seconds_to_solve
 from esp_trainer.exact.response import best_responses, measured, memory_for_response

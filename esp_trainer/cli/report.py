@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_champions, note_on_lengths
-from esp_trainer.cli.analysis import say
+from esp_trainer.cli.streams import say
 from esp_trainer.files import check_place
 from esp_trainer.report.measure import ReportOptions
 from esp_trainer.report.page import write_page

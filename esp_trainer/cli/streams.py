@@ -141,6 +141,11 @@ class _Messages:
         return getattr(self._stream, name)
 
 
+def say(line: str) -> None:
+    """Print a line to standard error, because standard output may be redirected to a file."""
+    print(line, file=sys.stderr, flush=True)
+
+
 def is_screen(stream: TextIO) -> bool:
     """Return whether a stream is a terminal that can redraw its screen."""
     return stream.isatty() and os.environ.get("TERM", "").lower() not in ("dumb", "unknown")

@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from esp_trainer.cli.signals import handled_by
-from esp_trainer.cli.streams import is_screen, let_go
+from esp_trainer.cli.streams import is_screen, let_go, say
 from esp_trainer.cli.training import quoted
-from esp_trainer.cluster import connected
+from esp_trainer.cluster import check_installed, connected
 from esp_trainer.cores import cores
 from esp_trainer.files import write
 from esp_trainer.run.directory import RunDirectory, Tail
@@ -32,6 +32,8 @@ _LOOK = 0.25  # seconds between checks of the runs
 
 def sweep(file: Path, out: Path | None, workers: int | None, address: str | None, *, quiet: bool) -> int:
     """Run all runs of a sweep that are not complete, and print the results."""
+    if address:
+        check_installed()
     declared = file.read_bytes()  # only once, because it may be a pipe
     plan = plan_of(declared, file)
     out = out or _place(file)
@@ -42,7 +44,7 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
     try:
         write(out / "sweep.toml", declared)
         todo = [run for run in plan if not is_whole(out / run.name, run)]
-        _say(
+        say(
             f"{len(plan)} runs in {out}" + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
         )
         failed, stopped_by = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, 0)
@@ -59,7 +61,7 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
     where = [f"--address {address}"] if address else [f"--workers {workers}"] if workers else []
     again = file if _has_name(file) else out / "sweep.toml"
     command = " ".join(["esp-trainer sweep", quoted(again), "--out", quoted(out), *where])
-    _say(f"stopped; go on with: {command}")
+    say(f"stopped; go on with: {command}")
     return 128 + stopped_by
 
 
@@ -108,7 +110,7 @@ def _do(
                     look(None, None)
         except KeyboardInterrupt:
             with suppress(KeyboardInterrupt):
-                _say("stopping after the generations in hand; Ctrl-C now stops at once")
+                say("stopping after the generations in hand; Ctrl-C now stops at once")
                 pool.stop()
             return failed, next(iter(heard), signal.SIGINT)
         finally:
@@ -150,7 +152,7 @@ class _Lines:
             return
         self._ended += 1
         result = result_of(self._out / name, self._runs[name], reason)
-        _say(f"[{self._ended}/{len(self._runs)}] {_line(result)}")
+        say(f"[{self._ended}/{len(self._runs)}] {_line(result)}")
 
 
 class _Bars:
@@ -217,7 +219,3 @@ def _tell(results: Sequence[RunResult], out: Path) -> None:
         print(f"next:\n  esp-trainer report {quoted(out / next(iter(cells)))}-seed*")
     if len(cells) > 1:
         print(f"  esp-trainer compare {quoted(out)}")
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)

@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from esp_trainer.analysis.league import league_of_runs
 from esp_trainer.cli.signals import handled_by, tell
+from esp_trainer.cli.streams import say
 from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.config import RunConfig
@@ -50,11 +51,11 @@ class Players:
         """Return an evaluator with a compiled kernel; a signal during the compilation calls ``undo`` and exits."""
         threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
         if self.address and episodes < 2 * LEAST_EPISODES:
-            _say(f"a generation of {episodes} episodes is played here: shards of it would cost more than they bring")
+            say(f"a generation of {episodes} episodes is played here: shards of it would cost more than they bring")
         evaluator = (
             ShardedEvaluator(config.env, threads=threads) if self.address else FusedEvaluator(config.env, threads)
         )
-        _say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
+        say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
 
         def leave(number: int, _frame: FrameType | None) -> None:
             undo()
@@ -100,13 +101,13 @@ def resume(directory: Path, generations: int | None, players: Players, following
 def _go_on(trainer: Trainer, following: Following) -> int:
     directory = trainer.directory.path
     if trainer.done == trainer.config.generations:
-        _say(f"{directory} has all its {trainer.done} generations; give --generations to go on")
+        say(f"{directory} has all its {trainer.done} generations; give --generations to go on")
         return 0
     begun, now = trainer.directory.begun_with(), versions()
     for name in now:
         if begun.get(name, now[name]) != now[name]:
-            _say(f"begun with {name} {begun[name]}, now {now[name]}: the generations to come may be others")
-    _say(f"going on with {directory} from generation {trainer.done}")
+            say(f"begun with {name} {begun[name]}, now {now[name]}: the generations to come may be others")
+    say(f"going on with {directory} from generation {trainer.done}")
     return _run(trainer, following)
 
 
@@ -128,7 +129,7 @@ def _run(trainer: Trainer, following: Following) -> int:
             log.close()
     if stopping.by and trainer.done < trainer.config.generations:
         path = quoted(trainer.directory.path)
-        _say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {path}")
+        say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {path}")
         return 128 + stopping.by
     _summarise(trainer, recent)
     return 0
@@ -177,7 +178,7 @@ def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | N
             bar.set_description_str("predators {:.2f} prey {:.2f}".format(*rates), refresh=False)
             bar.update()
             if plain and trainer.done % trainer.config.checkpoint_every == 0:
-                _say(f"generation {trainer.done}/{total}: {_success(generation)}")
+                say(f"generation {trainer.done}/{total}: {_success(generation)}")
 
 
 def _disengaged(recent: Sequence[Generation]) -> Iterator[tuple[Role, float]]:
@@ -239,7 +240,3 @@ def quoted(argument: Path | str) -> str:
         return shlex.quote(text)
     plain = {*range(ord(" "), ord("~") + 1)} - {*b"'\\"}
     return "$'" + "".join(chr(byte) if byte in plain else f"\\x{byte:02x}" for byte in os.fsencode(text)) + "'"
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
