@@ -49,11 +49,11 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
             champion=_BEST_OF_POOL,
         ),
     ),
-    "race-3v2-50": (
-        "recommended with two prey: 50 x 50 cells, where neither side wins for 600 generations (docs/race-protocol.md)",
+    "race-3v2-40": (
+        "recommended with two prey: 40 x 40 cells, where the lead changes (docs/race-protocol.md)",
         RunConfig(
             generations=800,
-            env=_OWN_REWARD.replace(size=50),
+            env=_OWN_REWARD.replace(size=40),
             predators=_BIASED,
             prey=_BIASED.replace(input_scale=0.2),
             esp=_RACE,

@@ -19,7 +19,7 @@ BESIDE = ["matched-3v2", "matched-3v1", "combiner-3v2", "combiner-3v1", "fleeing
 """What takes the paper's systems apart, puts them together further, or is compared with them."""
 MODERN = ["modern-3v2", "modern-3v1"]
 DRAWN = ["drawn-3v2", "drawn-3v1"]
-RACE = ["race-3v1", "race-3v2", "race-3v2-50"]
+RACE = ["race-3v1", "race-3v2", "race-3v2-40"]
 
 
 def n_genes(name: str, role: Role) -> int:
@@ -73,13 +73,13 @@ def test_modern_is_the_papers_setting_without_past_mates_and_with_scaled_offsets
 
 @pytest.mark.parametrize("name", RACE)
 def test_the_race_has_the_papers_networks_trials_and_operators_and_comes_first(name: str):
-    config, paper = preset(name), preset(name.replace("race", "paper").removesuffix("-50"))
+    config, paper = preset(name), preset(name.replace("race", "paper").removesuffix("-40"))
     assert name in list(PRESETS)[:3]
     assert ("recommended" in PRESETS[name][0]) == (name != "race-3v2")
     assert config.predators == paper.predators.replace(bias=True)
     assert config.prey == paper.prey.replace(bias=True, input_scale=0.2)
     assert config.env == paper.env.replace(
-        credit="team" if name == "race-3v1" else "individual", size=50 if name == "race-3v2-50" else 100
+        credit="team" if name == "race-3v1" else "individual", size=40 if name == "race-3v2-40" else 100
     )
     kept = ("subpopulation_size", "n_trials", "n_episodes", "elite_share", "mate", "mutation_rate", "mutation_scale")
     assert all(getattr(config.esp, field) == getattr(paper.esp, field) for field in kept)
