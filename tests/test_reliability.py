@@ -91,7 +91,7 @@ def materials(may_mount: None, tmp_path_factory: pytest.TempPathFactory) -> dict
     return writes.materials(tmp_path_factory.mktemp("materials") / "made")
 
 
-STEPS = {"train": 9, "resume": 7, "report": 15, "analyse --figures": 12, "behaviours --csv": 1, "replay --gif": 9}
+STEPS = {"train": 9, "resume": 7, "report": 15, "analyse --figures": 7, "behaviours --csv": 1, "replay --gif": 9}
 """Every how many sizes of a full disk is tried."""
 
 
