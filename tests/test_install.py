@@ -214,26 +214,29 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Outcome]:
     return {line: Outcome(*outcome) for line, outcome in map(json.loads, printed.splitlines())}
 
 
-@pytest.mark.parametrize("line", WORK)
-def test_training_and_what_belongs_to_it_need_no_extra(line: str, outcomes: dict[str, Outcome]) -> None:
-    code, out, err = outcomes[line]
-    assert code == 0, err
-    assert out or err
+# Each of these looks at all commands, because the fixture is made anew in every process that runs one of them.
 
 
-@pytest.mark.parametrize("line", REFUSED)
-def test_a_command_whose_extra_is_missing_says_how_to_install_it(line: str, outcomes: dict[str, Outcome]) -> None:
-    code, out, err = outcomes[line]
-    expected = re.escape(f"esp-trainer: {REFUSED[line]}\n").replace(r"\{package\}", r"\w+")
-    assert (code, out) == (1, "")
-    assert re.fullmatch(expected, err), err
+def test_training_and_what_belongs_to_it_need_no_extra(outcomes: dict[str, Outcome]) -> None:
+    for line in WORK:
+        code, out, err = outcomes[line]
+        assert code == 0, f"{line}: {err}"
+        assert out or err, line
 
 
-@pytest.mark.parametrize("line", HELP)
-def test_help_needs_no_extra(line: str, outcomes: dict[str, Outcome]) -> None:
-    code, out, _ = outcomes[line]
-    assert code == 0
-    assert out.startswith("usage: esp-trainer")
+def test_a_command_whose_extra_is_missing_says_how_to_install_it(outcomes: dict[str, Outcome]) -> None:
+    for line, reason in REFUSED.items():
+        code, out, err = outcomes[line]
+        expected = re.escape(f"esp-trainer: {reason}\n").replace(r"\{package\}", r"\w+")
+        assert (code, out) == (1, ""), line
+        assert re.fullmatch(expected, err), f"{line}: {err}"
+
+
+def test_help_needs_no_extra(outcomes: dict[str, Outcome]) -> None:
+    for line in HELP:
+        code, out, _ = outcomes[line]
+        assert code == 0, line
+        assert out.startswith("usage: esp-trainer"), line
 
 
 def test_every_command_is_tried_without_extras(outcomes: dict[str, Outcome]) -> None:
