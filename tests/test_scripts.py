@@ -101,7 +101,7 @@ def test_peers_benchmark_fills_every_row_or_says_who_is_not_installed() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("cluster")
+@pytest.mark.usefixtures("only_cluster")
 def test_scaling_benchmark_fills_every_table() -> None:
     done = script("bench_scaling.py", "--quick")
     assert done.returncode == 0, done.stderr

@@ -52,7 +52,7 @@ class TwoNodes:
 
 
 @pytest.fixture
-def two_nodes() -> Iterator[TwoNodes]:
+def two_nodes(only_cluster: None) -> Iterator[TwoNodes]:
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
     second = cluster.add_node(num_cpus=1)
     ray.init(address=cluster.address, log_to_driver=False, logging_level=logging.ERROR)
@@ -79,7 +79,7 @@ def workers() -> Callable[[int], Any]:
 
 
 @pytest.fixture(scope="module")
-def two_workers(workers: Any) -> Iterator[None]:
+def two_workers(only_cluster_of_module: None, workers: Any) -> Iterator[None]:
     """Connected to a cluster with two cores, all tests of a module one after the other."""
     with workers(2):
         yield

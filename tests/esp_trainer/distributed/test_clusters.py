@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from esp_trainer.config import RunConfig
     from esp_trainer.types import TrialBatch
 
-pytestmark = pytest.mark.xdist_group("cluster")  # they look for all that Ray does on this machine
+pytestmark = pytest.mark.usefixtures("only_cluster")
 
 PAPER = preset("paper-3v2")
 

@@ -16,7 +16,7 @@ from esp_trainer.cli import main
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("cluster")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("only_cluster")]
 
 PATIENCE = 120.0  # seconds
 LARGE = ["train", "smoke", "--generations", "12", "--checkpoint_every", "3", "--esp.n_trials", "20000", "--quiet"]

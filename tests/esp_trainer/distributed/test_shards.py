@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from esp_trainer.types import TrialBatch, TrialResult
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("cluster"), pytest.mark.usefixtures("two_workers")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("two_workers")]
 
 PAPER = preset("paper-3v2")
 SCRIPTED = PAPER.replace(prey=PAPER.prey.replace(policy="flee_nearest"))
