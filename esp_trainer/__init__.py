@@ -1,8 +1,79 @@
 """Coevolution of predator and prey teams by Enforced SubPopulations (Rawal, Rajagopalan & Miikkulainen 2010)."""
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.presets import PRESETS, preset
-from esp_trainer.teams import load_team
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams import load_team, load_zoo
 
-__all__ = ["PRESETS", "RunConfig", "Team", "load_team", "preset"]
+if TYPE_CHECKING:
+    from esp_trainer.analysis.cross_play import own_cross_play
+    from esp_trainer.analysis.history import History
+    from esp_trainer.benchmark.batched import BatchedPolicy, SB3Policy, TorchPolicy
+    from esp_trainer.benchmark.gauntlet import Gauntlet
+    from esp_trainer.benchmark.match import Arena
+    from esp_trainer.coevolution.coevolution import Coevolution
+    from esp_trainer.coevolution.sides import new_sides
+    from esp_trainer.esp.subpopulations import Subpopulations
+    from esp_trainer.evaluation.fused import FusedEvaluator
+    from esp_trainer.evaluation.match import match
+    from esp_trainer.exact.response import exploitability_of
+    from esp_trainer.exact.solution import solve
+
+__all__ = [
+    "PRESETS",
+    "TASKS",
+    "Arena",
+    "BatchedPolicy",
+    "Coevolution",
+    "FusedEvaluator",
+    "Gauntlet",
+    "History",
+    "RunConfig",
+    "SB3Policy",
+    "Subpopulations",
+    "Team",
+    "TorchPolicy",
+    "exploitability_of",
+    "load_team",
+    "load_zoo",
+    "match",
+    "new_sides",
+    "own_cross_play",
+    "preset",
+    "solve",
+]
+
+# Imported when first used, because SciPy and the kernel take a second to import, and to load a team needs neither.
+_LATER = {
+    "Arena": "benchmark.match",
+    "BatchedPolicy": "benchmark.batched",
+    "Coevolution": "coevolution.coevolution",
+    "FusedEvaluator": "evaluation.fused",
+    "Gauntlet": "benchmark.gauntlet",
+    "History": "analysis.history",
+    "SB3Policy": "benchmark.batched",
+    "Subpopulations": "esp.subpopulations",
+    "TorchPolicy": "benchmark.batched",
+    "exploitability_of": "exact.response",
+    "match": "evaluation.match",
+    "new_sides": "coevolution.sides",
+    "own_cross_play": "analysis.cross_play",
+    "solve": "exact.solution",
+}
+"""Name -> module that defines it."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_LATER[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -7,18 +7,24 @@ from predprey_env.envs.both import ParallelVectorEnv, parallel_vector_env
 from predprey_env.envs.parallel import PredPreyEnv
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
+from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam, choose, sees_team
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
 
 __all__ = [
+    "SCRIPTS",
     "EnvConfig",
     "ParallelVectorEnv",
+    "Policy",
     "PredPreyEnv",
     "PredPreyVectorEnv",
+    "ScriptedTeam",
     "TeamView",
+    "choose",
     "env",
     "parallel_env",
     "parallel_vector_env",
     "raw_env",
+    "sees_team",
     "team_view",
     "vector_env",
 ]

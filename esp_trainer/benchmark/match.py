@@ -16,7 +16,7 @@ from esp_trainer.types import PolicyError, Role, ScriptedTeams, TrialBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.envs.vector import PredPreyVectorEnv
-from predprey_env.policies import Policy
+from predprey_env.policies import Policy, ScriptedTeam
 from predprey_env.policies.opponents import Opponent
 from predprey_env.policies.outside import OutsideTeam
 
@@ -50,12 +50,14 @@ class Arena:
         self.evaluator = FusedEvaluator(env)
         self.starts = self.evaluator.starts.held_out(stream(seed, "gauntlet"), n_episodes)
 
-    def meet(self, candidate: Challenger, role: Role, opponent: Contestant) -> Meeting:
+    def meet(self, candidate: Challenger, role: Role, opponent: Contestant | str) -> Meeting:
         """Play all episodes: compiled if both players are teams or scripts of this package, else in the vector
-        environment.
+        environment. The opponent may be the name of a script.
 
         Raises :class:`PolicyError` if the candidate raises, or does not return an action for each agent.
         """
+        if isinstance(opponent, str):
+            opponent = ScriptedTeams(ScriptedTeam.of(opponent, other_team(role), self.env).script)  # checks the name
         if isinstance(candidate, Team | ScriptedTeams):
             return self._play_compiled(candidate, role, opponent)
         return self._play_outside(candidate, role, opponent)

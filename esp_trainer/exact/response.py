@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from esp_trainer.cores import cores
+from esp_trainer.exact.chances import chances as chances_of
 from esp_trainer.exact.chances import survivors
 from esp_trainer.exact.solution import (
     Solution,
@@ -56,6 +57,14 @@ def exploitability(chances: np.ndarray, role: Role, solution: Solution, horizon:
     ``chances`` are those that :func:`esp_trainer.exact.chances.chances` returns.
     """
     return measured(best_response(chances, role, solution.config, horizon), role, solution, horizon)
+
+
+def exploitability_of(policy: Any, role: Role, solution: Solution) -> Exploitability:
+    """Compute the exploitability of a policy in the world and for the horizon of a solution.
+
+    The policy follows the policy protocol; :func:`esp_trainer.exact.chances.chances` says what it must be able to do.
+    """
+    return exploitability(chances_of(policy, role, solution.config), role, solution, solution.horizon)
 
 
 def measured(values: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
