@@ -49,7 +49,7 @@ __all__ = [
     "solve",
 ]
 
-# Imported when first used, because SciPy and the kernel take a second to import, and to load a team needs neither.
+# Imported when first used: the kernel and the analysis take a second to import, and loading a team needs neither.
 _LATER = {
     "Arena": "benchmark.match",
     "BatchedPolicy": "benchmark.batched",

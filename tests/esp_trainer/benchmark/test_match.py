@@ -292,3 +292,13 @@ def test_each_world_is_reset_once_with_a_seed_of_its_own_that_follows_from_that_
         Arena(SMALL, 24, seed).meet(Noting(east), "prey", CHASE)
     assert [len(set(noted)) for noted in seeds.values()] == [len(noted) for noted in seeds.values()] == [24, 24]
     assert not set(seeds[1]) & set(seeds[2])
+
+
+def test_an_opponent_may_be_the_name_of_a_script():
+    arena = Arena(EnvConfig(size=8, n_prey=1, max_cycles=20), 8, seed=0)
+    by_name, itself = (
+        arena.meet(ScriptedTeams("surround"), "predators", prey) for prey in ("random", ScriptedTeams("random"))
+    )
+    assert by_name.steps.tolist() == itself.steps.tolist()
+    with pytest.raises(ValueError, match=r"script must be one of random, .* got 'greedy_chase'"):
+        arena.meet(ScriptedTeams("surround"), "predators", "greedy_chase")

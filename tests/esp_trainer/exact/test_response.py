@@ -13,7 +13,7 @@ from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.team import Team, pick
 from esp_trainer.exact.chances import chances, survivors, views
-from esp_trainer.exact.response import best_response, exploitability
+from esp_trainer.exact.response import best_response, exploitability, exploitability_of
 from esp_trainer.exact.solution import solve
 from esp_trainer.types import ROLES, PolicyError, Role, ScriptedTeams
 from predprey_env import predprey_v0
@@ -306,3 +306,11 @@ def test_a_policy_that_does_not_draw_is_asked_what_it_does() -> None:
 
     with pytest.raises(PolicyError, match="the policy does not always do the same in a position"):
         chances(Certain(), "prey", EnvConfig(size=3, n_prey=1))
+
+
+def test_exploitability_of_a_policy_is_that_of_its_chances() -> None:
+    config = EnvConfig(size=4, n_predators=2, n_prey=1, max_cycles=3)
+    solution, team = solve(config, 3), ScriptedTeam("flee_nearest")
+    asked = exploitability(chances(team, "prey", config), "prey", solution, 3)
+    found = exploitability_of(team, "prey", solution)
+    assert (found.optimal, found.exploited, found.horizon) == (asked.optimal, asked.exploited, 3)
