@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -43,3 +44,13 @@ def snippet(request: pytest.FixtureRequest) -> Iterator[dict[str, Any]]:
         patch.setitem(sys.modules, module.__name__, module)
         exec(compile(snippet_of(tool), f"README.md, {tool}", "exec"), vars(module))
         yield vars(module)
+
+
+@pytest.fixture
+def caught_by_example(request: pytest.FixtureRequest, tmp_path: Path) -> list[float]:
+    """Fractions of prey that the example of the tool of this test file prints in its quick form, in order."""
+    tool = request.path.stem.split("_")[1]
+    command = [sys.executable, str(README.parent / "examples" / f"train_{tool}.py"), "--quick"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return [float(each) for each in re.findall(r"CPU-seconds: (\d\.\d\d) of the prey caught", done.stdout)]
