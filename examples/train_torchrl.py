@@ -27,9 +27,7 @@ QUICK = "--quick" in sys.argv  # a smaller torus, fewer steps
 PREY, CONFIG = "flee_nearest", EnvConfig(n_prey=1, size=8 if QUICK else 20, reward="dense")
 N_UPDATES = 8 if QUICK else 16
 
-torch.set_num_threads(
-    1
-)  # networks this small gain nothing from threads, which cost 8 times the CPU time on a busy machine
+torch.set_num_threads(1)  # on a busy machine two threads took 8 times the CPU time of one: networks are too small
 torch.manual_seed(0)
 arena = Arena(CONFIG, n_episodes=200, seed=1)  # always the same starts, other than those of the training
 
