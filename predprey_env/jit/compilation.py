@@ -11,6 +11,7 @@ import functools
 import hashlib
 import inspect
 import os
+import secrets
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -118,10 +119,29 @@ def _warn(why: str) -> None:
         _warned = True
 
 
+class _FilesOfEachProcess(caching.IndexDataCacheFile):
+    """Files of machine code whose names no other process takes.
+
+    Numba numbers them in the order in which they are saved. Two processes that save at once can take the same number,
+    and the index then names the machine code of one signature as that of another.
+    """
+
+    def save(self, key: object, data: object) -> None:
+        """Save machine code under a key: first the code, then the index that names its file."""
+        name = self._load_index().get(key) or self._data_name(secrets.randbits(48))
+        self._save_data(name, data)
+        self._save_index(self._load_index() | {key: name})
+
+
 class _DigestCache(caching.FunctionCache):
     """Numba's cache with the digest of all sources in the key. A cache that cannot be read or written does not stop the
     program.
     """
+
+    def __init__(self, function: Function) -> None:
+        super().__init__(function)
+        locator, base = self._impl.locator, self._impl.filename_base
+        self._cache_file = _FilesOfEachProcess(self._cache_path, base, locator.get_source_stamp())
 
     def load_overload(self, sig: object, target_context: object) -> object:
         """Return the machine code for a signature, or None."""

@@ -44,6 +44,25 @@ def cache_beside_the_source(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
 
 
+def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other has read the empty index, and saves while ours is about to write its code."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    ours, theirs = (compilation._DigestCache(_advance.py_func)._cache_file for _ in range(2))
+    ours._save_index({})
+    write, empty = ours._save_data, theirs._load_index()
+
+    def write_after_the_other(name: str, data: object) -> None:
+        with monkeypatch.context() as late:
+            late.setattr(theirs, "_load_index", lambda: dict(empty))
+            theirs.save("float", "code for float")
+        write(name, data)
+
+    monkeypatch.setattr(ours, "_save_data", write_after_the_other)
+    ours.save("int", "code for int")
+    assert theirs.load("float") == "code for float"
+    assert theirs.load("int") == "code for int"
+
+
 @pytest.fixture
 def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """``program(number)``: an entry point in one file over a rule in another, which adds a number to its argument."""
