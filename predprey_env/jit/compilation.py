@@ -132,6 +132,13 @@ class _FilesOfEachProcess(caching.IndexDataCacheFile):
         self._save_data(name, data)
         self._save_index(self._load_index() | {key: name})
 
+    def _load_index(self) -> dict[object, str]:
+        """Return the file of each key. An index that is damaged, or names a class that no longer exists, is empty."""
+        try:
+            return super()._load_index()  # type: ignore[no-any-return]
+        except _DAMAGED:
+            return {}
+
 
 class _DigestCache(caching.FunctionCache):
     """Numba's cache with the digest of all sources in the key. A cache that cannot be read or written does not stop the

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import importlib.util
 import os
+import pickle
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -61,6 +62,18 @@ def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, m
     ours.save("int", "code for int")
     assert theirs.load("float") == "code for float"
     assert theirs.load("int") == "code for int"
+
+
+def test_an_index_with_a_class_that_is_gone_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another program may have written it after ours looked for its machine code."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    files = compilation._DigestCache(_advance.py_func)._cache_file
+    files._save_index({})
+    index = Path(files._index_path)
+    gone = b"\x80\x04c" + b"no_such_module\nGone\n."  # a pickle that names a class
+    index.write_bytes(index.read_bytes()[: len(pickle.dumps(files._version, -1))] + gone)
+    files.save("int", "code for int")
+    assert files.load("int") == "code for int"
 
 
 @pytest.fixture
