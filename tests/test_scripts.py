@@ -49,6 +49,7 @@ PEER_ROWS = (
     "`vector_env(1024, ...)`, predators against evolved prey",
     "`vector_env(1024, ...)`, prey against predators that `parity_chase`",
     "`vector_env(1024, ...)`, prey against evolved predators",
+    "`parallel_vector_env(1024)`, both teams",
     *(f"PufferLib `Target`, 1024 worlds, {n_agents} agents" for n_agents in (8, 5, 3)),
     "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, a call for each step",
     "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`",
