@@ -14,51 +14,36 @@ _SCALED = SideConfig(input_scale=0.2)
 _DRAWN = SideConfig(output="linear", choice="drawn")
 _UNMATED = EspConfig(hof_mates=0)
 _BIASED = SideConfig(bias=True)
-_RACE = EspConfig(
-    hof_mates=0,
-    past_share=0.5,
-    past_choice="contested",
-    past_each_episode=True,
-    block_size=10,
-    memory=0.8,
-    prior_trials=100.0,
-    exploiters_every=25,
+_RACE = RunConfig(
+    generations=1500,
+    env=_ONE_PREY,
+    predators=_BIASED,
+    prey=_BIASED.replace(input_scale=0.2),
+    esp=EspConfig(
+        hof_mates=0,
+        past_share=0.5,
+        past_choice="contested",
+        past_each_episode=True,
+        block_size=10,
+        memory=0.8,
+        prior_trials=100.0,
+        exploiters_every=25,
+    ),
+    champion=ChampionConfig(n_past=10),
 )
-_BEST_OF_POOL = ChampionConfig(n_past=10)
 
 PRESETS: dict[str, tuple[str, RunConfig]] = {
     "race-3v1": (
         "recommended: three predators and one prey, past champions and exploiters as opponents (docs/race.md)",
-        RunConfig(
-            generations=1500,
-            env=_ONE_PREY,
-            predators=_BIASED,
-            prey=_BIASED.replace(input_scale=0.2),
-            esp=_RACE,
-            champion=_BEST_OF_POOL,
-        ),
+        _RACE,
     ),
     "race-3v2": (
         "the same with two prey on the paper's torus, where the prey win after some 500 generations; not proved yet",
-        RunConfig(
-            generations=1500,
-            env=_OWN_REWARD,
-            predators=_BIASED,
-            prey=_BIASED.replace(input_scale=0.2),
-            esp=_RACE,
-            champion=_BEST_OF_POOL,
-        ),
+        _RACE.replace(env=_OWN_REWARD),
     ),
     "race-3v2-40": (
         "recommended with two prey: 40 x 40 cells, where the lead changes (docs/race-protocol.md)",
-        RunConfig(
-            generations=800,
-            env=_OWN_REWARD.replace(size=40),
-            predators=_BIASED,
-            prey=_BIASED.replace(input_scale=0.2),
-            esp=_RACE,
-            champion=_BEST_OF_POOL,
-        ),
+        _RACE.replace(generations=800, env=_OWN_REWARD.replace(size=40)),
     ),
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
     "paper-3v1": (

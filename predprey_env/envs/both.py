@@ -45,9 +45,9 @@ class ParallelVectorEnv(ManyWorlds):
     """Many worlds in PettingZoo's parallel API: each dictionary of :class:`predprey_env.PredPreyEnv` holds, for each
     agent, an array over the worlds instead of a number.
 
-    This is the shape of AgileRL's ``PettingZooVecEnv``, from which ``spaces``, ``agents`` and ``num_envs`` have their
-    names. :meth:`state` holds the whole state of each world for centralised critics. All agents of a world end
-    together; after the end, worlds start again as in :class:`predprey_env.PredPreyVectorEnv`.
+    Methods and attributes have the names and shapes of AgileRL's ``PettingZooVecEnv``. :meth:`state` holds the whole
+    state of each world for centralised critics. All agents of a world end together; after the end, worlds start again
+    as in :class:`predprey_env.PredPreyVectorEnv`.
 
     Infos hold, for each agent, ``captured``, ``n_captured`` and ``steps``, int64 ``(n_worlds,)``. With
     ``AutoresetMode.SAME_STEP``, in a step in which a world ended they also hold ``final_obs``, the observation before

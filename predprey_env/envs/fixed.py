@@ -5,7 +5,7 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import Any
 
-from predprey_env.config import EnvConfig
+from predprey_env.config import EnvConfig, Rules
 from predprey_env.policies.protocol import Policy
 
 
@@ -30,6 +30,25 @@ class Configured:
 for _field in EnvConfig.model_fields.keys() - {"max_cycles"}:
     setattr(Configured, _field, read_only(_field, f"make another environment with {_field}=...", f"config.{_field}"))
 del _field
+
+
+class Timed(Configured):
+    """An environment that plays the world itself, and whose time limit can be changed."""
+
+    _config: EnvConfig
+    _rules: Rules
+
+    @property
+    def max_cycles(self) -> int:
+        """Time limit in steps. A new limit set during an episode applies at once; if it has passed, the next step is
+        the last.
+        """
+        return self.config.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self._config = self._config.replace(max_cycles=steps)
+        self._rules = self._config.rules
 
 
 class Opposed(Configured):

@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 
-from predprey_env.config import EnvConfig, Rules
-from predprey_env.envs.fixed import Configured, read_only
+from predprey_env.config import EnvConfig
+from predprey_env.envs.fixed import Timed, read_only
 from predprey_env.envs.inputs import read_mask, read_mode, read_seeds
 from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.worlds import Scratch, Worlds, make_scratch, make_worlds, place, score
@@ -18,14 +18,12 @@ from predprey_env.rules.starts import draw_each, given_starts
 from predprey_env.settings import brief, whole_number
 
 
-class ManyWorlds(Configured):
+class ManyWorlds(Timed):
     """Worlds of one config, each with a random generator of its own."""
 
     n_worlds: int = read_only("n_worlds")
     metadata: dict[str, Any] = read_only("metadata")
 
-    _config: EnvConfig
-    _rules: Rules
     _worlds: Worlds
     _scratch: Scratch
     _scores: np.ndarray
@@ -58,18 +56,6 @@ class ManyWorlds(Configured):
                 f"autoreset_mode cannot change after the first reset(): make the environment with {mode.value!r}"
             )
         self._autoreset_mode = self.metadata["autoreset_mode"] = mode
-
-    @property
-    def max_cycles(self) -> int:
-        """Time limit in steps. A new limit set during episodes applies at once; episodes past it end with the next
-        step.
-        """
-        return self.config.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, steps: int) -> None:
-        self._config = self._config.replace(max_cycles=steps)
-        self._rules = self._config.rules
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:

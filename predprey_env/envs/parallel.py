@@ -11,7 +11,7 @@ from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, read_action
 from predprey_env.config import TEAMS, EnvConfig, Rules
-from predprey_env.envs.fixed import Configured
+from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.spaces import action_space, observation_space, state_space
@@ -48,7 +48,7 @@ def _advance(
     return is_over(world, steps, rules)  # type: ignore[no-any-return]
 
 
-class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
+class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
     """Predators and prey on a torus; :mod:`predprey_env.predprey_v0` is the specification."""
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -96,18 +96,6 @@ class PredPreyEnv(Configured, ParallelEnv[str, Observation, int]):
 
     def __str__(self) -> str:
         return str(self.metadata["name"])
-
-    @property
-    def max_cycles(self) -> int:
-        """Time limit in steps. A new limit set during an episode applies at once; if it has passed, the next step is
-        the last.
-        """
-        return self.config.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, steps: int) -> None:
-        self._config = self._config.replace(max_cycles=steps)
-        self._rules = self._config.rules
 
     @property
     def render_mode(self) -> str | None:
