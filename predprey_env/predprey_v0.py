@@ -92,30 +92,7 @@ free. After the end `step` returns five empty dictionaries.
 
 ### Arguments
 
-```python
-predprey_v0.parallel_env(
-    n_predators=3, n_prey=2, size=100, max_cycles=150, move_order="simultaneous", swap_captures=False,
-    captured_prey="inert", start_collisions="redraw", predator_idle=True, closeness="uncaught", credit="team",
-    prey_fitness="lifespan", reward="terminal", render_mode=None,
-)
-```
-
-| Argument | Default | Values | Meaning |
-|----------|---------|--------|---------|
-| `n_predators` | `3` | int, at least 1 | Predators in the team. |
-| `n_prey` | `2` | int, at least 1 | Prey in the team. |
-| `size` | `100` | int, 3 to 10000 | Side of the square toroid, in cells. |
-| `max_cycles` | `150` | int, 1 to 1000000 | Time limit of an episode, in steps. |
-| `move_order` | `"simultaneous"` | `"simultaneous"`, `"prey_first"` | Order of moves: all at once; or in turns, where the prey move and the predators see it before they choose. |
-| `swap_captures` | `False` | bool | Count it as a capture when a predator and a prey trade places; agents that move in turns never trade places. |
-| `captured_prey` | `"inert"` | `"inert"`, `"removed"` | Fate of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves. |
-| `start_collisions` | `"redraw"` | `"redraw"`, `"allow"` | Treatment of a prey whose random start is a predator's cell: it is placed again, or stays there. |
-| `predator_idle` | `True` | bool | Give predators the fifth action, to stand still. |
-| `closeness` | `"uncaught"` | `"uncaught"`, `"all"`, `"nearest"` | Distances in the predators' fitness: to each uncaught prey; to all prey, a caught one at distance 0; or from the nearest predator to each uncaught prey. |
-| `credit` | `"team"` | `"team"`, `"individual"` | Distances that count for a predator: those of the whole team, or only its own. |
-| `prey_fitness` | `"lifespan"` | `"lifespan"`, `"complementary"` | The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing. |
-| `reward` | `"terminal"` | `"terminal"`, `"dense"` | Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now. |
-| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: no rendering. `"human"`: a window. `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |
+{arguments}
 
 :func:`predprey_env.team_view` is an environment of one team, :func:`predprey_env.vector_env` one of many worlds at once.
 Scripted teams are in :mod:`predprey_env.policies`.
@@ -129,38 +106,26 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from inspect import signature
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, Unpack, get_args
 
 from pettingzoo import AECEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
+from pydantic.fields import FieldInfo
 
 from predprey_env.config import EnvConfig, EnvParameters
 from predprey_env.envs.parallel import PredPreyEnv
-from predprey_env.settings import unknown_field
+from predprey_env.settings import spell_out, unknown_field
 
 __all__ = ["env", "parallel_env", "raw_env"]
 
 
+@spell_out(EnvConfig)
 def parallel_env(
-    *,
-    n_predators: int = 3,
-    n_prey: int = 2,
-    size: int = 100,
-    max_cycles: int = 150,
-    move_order: Literal["simultaneous", "prey_first"] = "simultaneous",
-    swap_captures: bool = False,
-    captured_prey: Literal["inert", "removed"] = "inert",
-    start_collisions: Literal["redraw", "allow"] = "redraw",
-    predator_idle: bool = True,
-    closeness: Literal["uncaught", "all", "nearest"] = "uncaught",
-    credit: Literal["team", "individual"] = "team",
-    prey_fitness: Literal["lifespan", "complementary"] = "lifespan",
-    reward: Literal["terminal", "dense"] = "terminal",
-    render_mode: Literal["human", "ansi", "rgb_array"] | None = None,
+    *, render_mode: Literal["human", "ansi", "rgb_array"] | None = None, **parameters: Unpack[EnvParameters]
 ) -> PredPreyEnv:
     """Return the environment with PettingZoo's parallel API; the parameters are explained in :class:`EnvConfig`."""
-    config = {name: value for name, value in locals().items() if name != "render_mode"}
-    return PredPreyEnv(EnvConfig(**config), render_mode)
+    _check_names("parallel_env", parameters)
+    return PredPreyEnv(EnvConfig(**parameters), render_mode)
 
 
 class _Parameters(EnvParameters, total=False):
@@ -196,3 +161,33 @@ for _make in (env, raw_env):
         return_annotation=signature(_make).return_annotation
     )
 del _make
+
+
+def _row(name: str, field: FieldInfo) -> str:
+    """Return the row of one argument in the specification's table."""
+    return (
+        f"| `{name}` | `{_literal(field.default)}` | {_values(field)} | {' '.join((field.description or '').split())} |"
+    )
+
+
+def _literal(value: object) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _values(field: FieldInfo) -> str:
+    if choices := get_args(field.annotation):
+        return ", ".join(f"`{_literal(choice)}`" for choice in choices)
+    low, high = (next((getattr(m, name) for m in field.metadata if hasattr(m, name)), None) for name in ("ge", "le"))
+    bounds = "" if low is None else f", at least {low}" if high is None else f", {low} to {high}"
+    return f"{getattr(field.annotation, '__name__', '')}{bounds}"
+
+
+_ARGUMENTS = f"""\
+| Argument | Default | Values | Meaning |
+|----------|---------|--------|---------|
+{chr(10).join(_row(name, field) for name, field in EnvConfig.model_fields.items())}
+| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: no rendering. `"human"`: a window. \
+`"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |"""
+
+if __doc__:  # python -OO leaves docstrings out
+    __doc__ = __doc__.replace("{arguments}", _ARGUMENTS)

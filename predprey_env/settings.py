@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from inspect import Parameter, signature
 from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 Self = TypeVar("Self", bound="Settings")
+Maker = TypeVar("Maker", bound=Callable[..., Any])
 
 _BOUNDS = {
     "greater_than_equal": ("at least", "ge"),
@@ -135,6 +137,27 @@ def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
         else:
             names.append(prefix + name)
     return names
+
+
+def spell_out(settings: type[BaseModel]) -> Callable[[Maker], Maker]:
+    """Return a decorator of functions that take the fields of settings as ``**keywords``.
+
+    ``help()`` and :func:`inspect.signature` then name the fields one by one, with types and defaults.
+    """
+    fields = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=field.default, annotation=field.annotation)
+        for name, field in settings.model_fields.items()
+    ]
+
+    def decorate(make: Maker) -> Maker:
+        whole = signature(make)
+        named = [each for each in whole.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+        before = [each for each in named if each.kind is not Parameter.KEYWORD_ONLY]
+        parameters = [*before, *fields, *(each for each in named if each not in before)]
+        make.__signature__ = whole.replace(parameters=parameters)  # type: ignore[attr-defined]
+        return make
+
+    return decorate
 
 
 def brief(value: object) -> str:

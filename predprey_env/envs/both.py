@@ -18,12 +18,14 @@ from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.options import Options
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.envs.worlds import count, judge, look, make_counts, make_results, move_team, move_told
+from predprey_env.settings import spell_out
 
 ByAgent: TypeAlias = dict[str, np.ndarray]
 """An array for each agent, whose first axis is the worlds."""
 Infos: TypeAlias = dict[str, dict[str, np.ndarray]]
 
 
+@spell_out(EnvConfig)
 def parallel_vector_env(
     n_worlds: int,
     autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,

@@ -16,8 +16,10 @@ from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.options import Options
 from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
 from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed, own_copy
+from predprey_env.settings import spell_out
 
 
+@spell_out(EnvConfig)
 def team_view(
     team: TeamName, opponent: Opponent, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
 ) -> TeamView:

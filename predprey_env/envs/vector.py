@@ -33,10 +33,12 @@ from predprey_env.envs.worlds import (
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import Opponent, draw_seed
 from predprey_env.policies.outside import seat
+from predprey_env.settings import spell_out
 
 Infos = dict[str, Any]
 
 
+@spell_out(EnvConfig)
 def vector_env(
     n_worlds: int,
     team: TeamName,

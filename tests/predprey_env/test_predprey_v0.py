@@ -14,7 +14,7 @@ import cloudpickle  # which Gymnasium needs
 import pytest
 
 import predprey_env
-from predprey_env import EnvConfig, PredPreyEnv, predprey_v0, team_view, vector_env
+from predprey_env import EnvConfig, PredPreyEnv, parallel_vector_env, predprey_v0, team_view, vector_env
 from predprey_env.config import MOVES, EnvParameters
 from predprey_env.envs.parallel import RENDER_MODES
 
@@ -45,11 +45,16 @@ def test_the_parameters_are_those_of_env_config_with_their_defaults() -> None:
 
 
 def test_the_parameters_have_the_types_of_env_config() -> None:
-    hints = get_type_hints(predprey_v0.parallel_env)
-    assert {name: hints[name] for name in EnvConfig.model_fields} == {
-        name: field.annotation for name, field in EnvConfig.model_fields.items()
-    }
-    assert hints["render_mode"] == Literal[RENDER_MODES] | None
+    hints = {name: field.annotation for name, field in EnvConfig.model_fields.items()}
+    assert {name: PARAMETERS[name].annotation for name in EnvConfig.model_fields} == hints
+    assert get_type_hints(predprey_v0.parallel_env)["render_mode"] == Literal[RENDER_MODES] | None
+
+
+@pytest.mark.parametrize("make", [team_view, vector_env, parallel_vector_env])
+def test_the_other_makers_spell_out_the_same_parameters(make) -> None:
+    parameters = inspect.signature(make).parameters
+    assert {name: parameters[name].default for name in EnvConfig.model_fields} == EnvConfig().model_dump()
+    assert not any(each.kind is inspect.Parameter.VAR_KEYWORD for each in parameters.values())
 
 
 def test_the_keyword_arguments_of_the_other_makers_are_those_of_env_config() -> None:
@@ -69,7 +74,7 @@ def test_the_turn_based_makers_are_functions_of_their_own(name: str) -> None:
     assert inspect.signature(make).return_annotation == "AECEnv[Any, Any, Any]"
     assert make.__doc__.startswith("The environment with PettingZoo's AEC API, with")
     told = pydoc.render_doc(make, renderer=pydoc.plaintext)
-    assert f"{name}(*, n_predators: 'int' = 3, n_prey: 'int' = 2, " in told
+    assert f"{name}(*, n_predators: int = 3, n_prey: int = 2, " in told
     assert "AEC API" in told
 
 
@@ -97,7 +102,7 @@ def test_a_turn_based_environment_can_be_copied(make, copied) -> None:
 
 @pytest.mark.parametrize(("name", "near"), [("sizee", "size"), ("rendermode", "render_mode"), ("n_preys", "n_prey")])
 def test_an_unknown_parameter_is_told_by_the_function_that_was_called(name: str, near: str) -> None:
-    for maker in ("env", "raw_env"):
+    for maker in ("parallel_env", "env", "raw_env"):
         with pytest.raises(TypeError) as refused:
             getattr(predprey_v0, maker)(**{name: 3})
         assert str(refused.value) == f"{maker}(): unknown field {name}; did you mean {near}?"
@@ -130,12 +135,9 @@ def test_every_parameter_reaches_the_world() -> None:
 def test_the_table_of_arguments_is_that_of_env_config() -> None:
     rows = {name.strip("`"): rest for name, *rest in table("Arguments")}
     assert list(rows) == list(PARAMETERS)
-    called = re.search(r"parallel_env\((.*?)\)\n```", DOC, re.DOTALL)[1].replace("\n", " ").split(",")
-    assert [argument.split("=")[0].strip() for argument in called if argument.strip()] == list(PARAMETERS)
     for name, field in EnvConfig.model_fields.items():
         default, values, meaning = rows[name]
         assert default == f"`{json.dumps(field.default) if isinstance(field.default, str) else field.default}`"
-        assert f"{name}={default.strip('`')}" in [argument.strip() for argument in called]
         assert meaning == " ".join(field.description.split())
         if get_origin(field.annotation) is Literal:
             assert values == ", ".join(f"`{json.dumps(value)}`" for value in get_args(field.annotation))
