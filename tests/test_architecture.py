@@ -2,10 +2,14 @@
 
 import ast
 import importlib
+import re
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+
+import predprey_env
 
 ROOT = Path(__file__).parent.parent
 
@@ -116,3 +120,9 @@ def test_no_function_hides_a_module(path: Path) -> None:
     module = importlib.import_module(name)
     parent, _, own = name.rpartition(".")
     assert not parent or getattr(sys.modules[parent], own) is module
+
+
+def test_the_version_is_stated_once() -> None:
+    stated = re.findall(r'"\d+\.\d+\.\d+"', (ROOT / "pyproject.toml").read_text())
+    assert stated == []
+    assert version("predprey-esp") == predprey_env.__version__

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import predprey_env
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError, read_arrays
@@ -413,7 +414,7 @@ def test_every_champion_is_a_team_that_says_where_it_came_from(tmp_path: Path, s
             assert (team.genomes == champion.genomes).all()
             assert team.provenance == {
                 **config.model_dump(exclude={"generations", "checkpoint_every"}),
-                "version": "0.1.0",
+                "version": predprey_env.__version__,
                 "generation": generation.number,
                 "score": champion.score,
                 "held_out": generation.held_out.as_dict(),
