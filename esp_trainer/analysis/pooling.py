@@ -69,7 +69,7 @@ def note_on_champions(histories: Sequence[History]) -> str | None:
 
 def _kept_by_all(histories: Sequence[History]) -> np.ndarray:
     n = min(map(len, histories))
-    return np.asarray(reduce(np.intersect1d, [history.kept[history.kept < n] for history in histories]))
+    return reduce(np.intersect1d, [history.kept[history.kept < n] for history in histories])
 
 
 def note_on_lengths(lengths: Sequence[int]) -> str | None:

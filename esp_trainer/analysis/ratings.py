@@ -71,4 +71,4 @@ def _fit(caught: np.ndarray, episodes: int | np.ndarray, initial: np.ndarray | N
     wins[:n_predators, n_predators:] = (episodes + 1) * shares
     wins[n_predators:, :n_predators] = ((episodes + 1) * (1 - shares)).T
     strengths = choix.ilsr_pairwise_dense(wins, initial_params=initial, max_iter=_MAX_ITERATIONS)
-    return np.asarray(strengths - strengths.mean())
+    return strengths - strengths.mean()

@@ -100,7 +100,7 @@ class SB3Policy(WeighingPolicy):
         import torch
 
         with torch.no_grad():
-            return np.asarray(policy.get_distribution(policy.obs_to_tensor(rows)[0]).distribution.probs.cpu().numpy())
+            return policy.get_distribution(policy.obs_to_tensor(rows)[0]).distribution.probs.cpu().numpy()
 
 
 class TorchPolicy(WeighingPolicy):
@@ -132,16 +132,16 @@ class TorchPolicy(WeighingPolicy):
 
         found = self._ask(rows)
         if found.ndim == 1:
-            return np.asarray(found.numpy())
+            return found.numpy()
         chosen = torch.multinomial(found.softmax(1), 1)[:, 0] if self.drawn else found.argmax(1)
-        return np.asarray(chosen.numpy())
+        return chosen.numpy()
 
     def weigh(self, rows: np.ndarray) -> np.ndarray:
         """Return the probabilities that the module's preferences give."""
         found = self._ask(rows)
         if found.ndim == 1:
             raise PolicyError("the module does not say the chances of its actions: it returns actions")
-        return np.asarray(found.softmax(1).numpy())
+        return found.softmax(1).numpy()
 
     def _ask(self, rows: np.ndarray) -> Any:
         """Return the module's output, checked: preferences, or actions."""

@@ -42,7 +42,7 @@ def sample_spread(fame: HallOfFame, shape: Shape, generator: np.random.Generator
     """Sample champions of every strength equally often: the one whose win rate is next to a uniform random number."""
     order = np.argsort(fame.wins, kind="stable")
     between = (fame.wins[order][1:] + fame.wins[order][:-1]) / 2
-    return np.asarray(order[np.searchsorted(between, generator.random(shape))])
+    return order[np.searchsorted(between, generator.random(shape))]
 
 
 def contested(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> np.ndarray:
@@ -81,4 +81,4 @@ def _weighted(weights: np.ndarray, shape: Shape, generator: np.random.Generator)
     ends = np.cumsum(weights)
     which = np.searchsorted(ends, generator.random(shape) * ends[-1], side="right")
     # The product may round up to the whole sum, which would be an index beyond the last.
-    return np.asarray(np.minimum(which, len(weights) - 1))
+    return np.minimum(which, len(weights) - 1)

@@ -49,7 +49,7 @@ class CellStarts:
 
     def even_predators(self, starts: np.ndarray) -> np.ndarray:
         """Return the number of predators that start at an even distance from each prey: int ``(..., n_prey)``."""
-        return np.asarray((distances(starts, self.config) % 2 == 0).sum(axis=-2))
+        return (distances(starts, self.config) % 2 == 0).sum(axis=-2)
 
     def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
         """Return the arguments of the environment's ``reset`` for a start."""
@@ -91,7 +91,7 @@ def distances(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
     """Return toroidal Manhattan distances, int ``(..., n_predators, n_prey)``, of starts ``(..., n_agents, 2)``."""
     predators, prey = starts[..., : config.n_predators, None, :], starts[..., None, config.n_predators :, :]
     apart = np.abs(predators - prey)
-    return np.asarray(np.minimum(apart, config.size - apart).sum(axis=-1))
+    return np.minimum(apart, config.size - apart).sum(axis=-1)
 
 
 def _part(generator: np.random.Generator, starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> None:

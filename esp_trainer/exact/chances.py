@@ -219,7 +219,7 @@ def _checked(found: np.ndarray, seen: np.ndarray, role: Role) -> np.ndarray:
 
 
 def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
-    return np.asarray(np.eye(n_actions)[actions])
+    return np.eye(n_actions)[actions]
 
 
 @ask_in.register

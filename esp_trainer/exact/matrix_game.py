@@ -74,7 +74,7 @@ def equilibrium(work: Workspace) -> float:
         work.columns[:] = 0.0
         work.rows[row] = 1.0
         work.columns[column] = 1.0
-        return work.payoffs[row, column]  # type: ignore[no-any-return]
+        return work.payoffs[row, column]
     for attempt in range(4):  # steepest ascent, Bland's rule, and both again with rounded payoffs
         if attempt == 2:
             _round(work.payoffs)

@@ -63,12 +63,12 @@ class Solution:
         """
         cells = self.states.cells[self.states.first[-2] :]
         far = distances(np.stack(np.divmod(cells, self.config.size), axis=-1), self.config)
-        return np.asarray((far % 2 == 0).sum(axis=(1, 2)))
+        return (far % 2 == 0).sum(axis=(1, 2))
 
     @property
     def number(self) -> np.ndarray:
         """Representative state of each key with all prey free."""
-        return np.asarray(self.states.number[self.states.first_key[-2] :])
+        return self.states.number[self.states.first_key[-2] :]
 
     def plays(self, env: EnvConfig) -> bool:
         """Return whether a world has the same moves as the solved one; its fitness and its time limit may differ."""
@@ -85,7 +85,7 @@ class Solution:
         x, y = np.divmod(cells, size)
         seen = (x - x[..., first, None]) % size * size + (y - y[..., first, None]) % size
         keys = np.delete(seen, first, axis=-1) @ (size**2) ** np.arange(self.config.n_agents - 1)[::-1]
-        return np.asarray(self.values[steps * len(self.turns), self.number[keys]])
+        return self.values[steps * len(self.turns), self.number[keys]]
 
     def save(self, path: Path | str) -> None:
         """Write the values to a file; everything else follows from the world."""

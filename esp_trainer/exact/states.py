@@ -151,7 +151,7 @@ def _count(n_cells: int, n_predators: int, n_prey: int) -> int:
 def seen_from(cell: int, origin: int, size: int) -> int:
     """Return a cell as seen from an agent in the cell ``origin`` instead of from the first prey."""
     dx = wrap(cell // size - origin // size, size)
-    return dx * size + wrap(cell % size - origin % size, size)  # type: ignore[no-any-return]
+    return dx * size + wrap(cell % size - origin % size, size)
 
 
 @rule

@@ -56,7 +56,7 @@ def _rounded(values: np.ndarray) -> list[Any]:
     """Return the values as nested lists of 4 decimals, with None for nan, which JSON lacks."""
     numbers = np.round(values.astype(float), 4).astype(object)
     numbers[np.isnan(values)] = None
-    return numbers.tolist()  # type: ignore[no-any-return]
+    return numbers.tolist()
 
 
 def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:

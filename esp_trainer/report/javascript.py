@@ -81,7 +81,7 @@ def translate(*rules: Callable[..., Any], player: type | None = None) -> str:
 
 def _source_of(rule: Any) -> Callable[..., Any]:
     """Return the Python function of a compiled rule, or the rule itself if it is not compiled."""
-    return getattr(rule, "py_func", rule)  # type: ignore[no-any-return]
+    return getattr(rule, "py_func", rule)
 
 
 class _Translation:

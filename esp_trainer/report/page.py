@@ -153,7 +153,7 @@ def _starts(runs: Sequence[MeasuredRuns]) -> list[Any]:
     if not played:
         return []
     starts = CellStarts(runs[0].source.config.env).held_out(stream(0, "cross-play"), played[0].n_episodes)
-    return starts[:, 0].tolist()  # type: ignore[no-any-return]
+    return starts[:, 0].tolist()
 
 
 def _config(config: RunConfig) -> str:

@@ -79,7 +79,7 @@ class Zoo:
     @property
     def caught(self) -> np.ndarray:
         """Fraction of prey caught, float64 ``(n_predators, n_prey)``."""
-        return np.asarray(self.captured / (self.n_episodes * self.n_prey))
+        return self.captured / (self.n_episodes * self.n_prey)
 
     def names(self, role: Role) -> tuple[str, ...]:
         """Return the names of a role's teams and scripts: the rows, or the columns."""

@@ -45,7 +45,7 @@ def _advance(
     for agent in range(rules.n_predators + rules.n_prey):
         row = observe(world, agent, rules, seen, row)
     fitness(world, steps, rules, scores)
-    return is_over(world, steps, rules)  # type: ignore[no-any-return]
+    return is_over(world, steps, rules)
 
 
 class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):

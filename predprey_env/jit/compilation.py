@@ -135,7 +135,7 @@ class _FilesOfEachProcess(caching.IndexDataCacheFile):
     def _load_index(self) -> dict[object, str]:
         """Return the file of each key. An index that is damaged, or names a class that no longer exists, is empty."""
         try:
-            return super()._load_index()  # type: ignore[no-any-return]
+            return super()._load_index()
         except _DAMAGED:
             return {}
 
@@ -221,7 +221,7 @@ def rule(function: Compiled) -> Compiled:
     rules.
     """
     _remember(function)
-    return njit(nogil=True, _nrt=False, forceinline=True)(function)  # type: ignore[no-any-return]
+    return njit(nogil=True, _nrt=False, forceinline=True)(function)
 
 
 def entry_point(function: Compiled) -> Compiled:
@@ -236,4 +236,4 @@ def entry_point(function: Compiled) -> Compiled:
         dispatcher._cache = _DigestCache(function)
     except RuntimeError:  # no cache directory on this machine can be written to
         dispatcher._cache = _NoCache(function)
-    return dispatcher  # type: ignore[no-any-return]
+    return dispatcher

@@ -77,7 +77,7 @@ choose.register(Script, follow)
 
 @entry_point
 def _act(script: Script, agent: int, seen: FloatRows, memory: IntegerRows) -> int:
-    return follow(script, agent, seen, memory, 0)  # type: ignore[no-any-return]
+    return follow(script, agent, seen, memory, 0)
 
 
 def how_to_load(name: object) -> str:

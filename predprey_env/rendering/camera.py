@@ -43,4 +43,4 @@ class Camera:
             return None
         apart = np.abs(free[:, None] - cells[:n_predators])
         distances = np.minimum(apart, self._size - apart).sum(axis=2).min(axis=1)
-        return np.asarray(free[distances.argmin()] + 0.5)
+        return free[distances.argmin()] + 0.5
