@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
-from predprey_env.config import TEAMS, TeamName
+from predprey_env.config import TEAMS, EnvConfig, TeamName
+from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 
 
 class PolicyError(ValueError):
@@ -89,9 +90,41 @@ class Controller(NamedTuple):
         return len(self.blank) * (self.n_networks if self.combines else 1)
 
 
+class TeamBatch(Protocol):
+    """The teams of one side in a batch of trials."""
+
+    @property
+    def indices(self) -> Indices | None:
+        """Indices of the neurons of each trial's team; None if one player plays all trials."""
+        ...
+
+    @property
+    def identity(self) -> bytes:
+        """What tells the teams apart from others that play differently."""
+        ...
+
+    def part(self, trials: slice) -> TeamBatch:
+        """Return the teams of some trials."""
+        ...
+
+    def with_indices(self, indices: Indices | None) -> TeamBatch:
+        """Return teams of the same neurons with other indices; one player stays as it is."""
+        ...
+
+
+def n_teams(teams: TeamBatch) -> int:
+    """Return the number of teams in a batch: one for each trial, or a single player."""
+    return 1 if teams.indices is None else len(teams.indices)
+
+
+def take(teams: TeamBatch, trials: np.ndarray) -> TeamBatch:
+    """Return the teams of some trials, in the order of ``trials``, int ``(n,)``."""
+    return teams.with_indices(None if teams.indices is None else teams.indices[trials])
+
+
 @dataclass(frozen=True)
 class EvolvedTeams:
-    """The teams of one side in a batch of trials: candidate neurons, and the indices of those that form each team."""
+    """Teams of networks: candidate neurons, and the indices of those that form the team of each trial."""
 
     controller: Controller
     genomes: Genomes
@@ -101,9 +134,18 @@ class EvolvedTeams:
         """Return one line, without the arrays."""
         return f"<EvolvedTeams: {len(self.indices)} trials>"
 
+    @property
+    def identity(self) -> bytes:
+        """The controller and the genes, which tell champions apart from others."""
+        return repr(self.controller).encode() + np.ascontiguousarray(self.genomes).tobytes()
+
     def part(self, trials: slice) -> EvolvedTeams:
         """Return the teams of some trials, made of the same candidates."""
         return EvolvedTeams(self.controller, self.genomes, self.indices[trials])
+
+    def with_indices(self, indices: Indices | None) -> EvolvedTeams:
+        """Return teams of the same candidates with other indices."""
+        return self if indices is None else EvolvedTeams(self.controller, self.genomes, indices)
 
     def repeated(self, n: int) -> EvolvedTeams:
         """Return the teams with the team of each trial ``n`` times in a row."""
@@ -112,27 +154,73 @@ class EvolvedTeams:
 
 @dataclass(frozen=True)
 class ScriptedTeams:
-    """One scripted policy that plays a side in all trials."""
+    """One scripted policy that plays a side in all trials. It is a :class:`Contestant` too."""
 
     script: str
 
-    def as_teams(self, n_trials: int) -> ScriptedTeams:  # noqa: ARG002 - the script is the same in all trials
-        """Return the script as the team of each trial of a batch."""
-        return self
+    indices: ClassVar[None] = None
+
+    @property
+    def identity(self) -> bytes:
+        """The name of the script."""
+        return self.script.encode()
 
     def part(self, trials: slice) -> ScriptedTeams:  # noqa: ARG002 - the script is the same in all trials
         """Return the script as the team of some trials."""
         return self
 
+    def with_indices(self, indices: Indices | None) -> ScriptedTeams:  # noqa: ARG002 - a script has no neurons
+        """Return the script."""
+        return self
 
-Teams: TypeAlias = EvolvedTeams | ScriptedTeams
+    @property
+    def roles(self) -> tuple[Role, ...]:
+        """Roles that the script can play."""
+        return tuple(role for role in ROLES if self.script in SCRIPTS[role])
+
+    def world(self) -> None:
+        """Return None: a script plays in any world."""
+
+    def check_fits(self, role: Role, env: EnvConfig) -> None:
+        """Raise :class:`ValueError` unless the script can play a role in a world."""
+        self.policy(role, env).compiled(role, env, 0)
+
+    def policy(self, role: Role, env: EnvConfig) -> ScriptedTeam:
+        """Return the script as the policy of a role in a world."""
+        return ScriptedTeam.of(self.script, role, env)
+
+    def as_teams(self, n_trials: int) -> ScriptedTeams:  # noqa: ARG002 - the script is the same in all trials
+        """Return the script as the team of each trial of a batch."""
+        return self
 
 
 class Fixed(Protocol):
-    """A side that does not evolve: a script, or a team that evolved earlier."""
+    """A player that can be given a side of a run without evolving."""
 
-    def as_teams(self, n_trials: int) -> Teams:
-        """Repeat this team for each trial of a batch."""
+    def as_teams(self, n_trials: int) -> TeamBatch:
+        """Return it as the team of each trial of a batch; raise :class:`ValueError` if no evaluator can play it."""
+        ...
+
+
+@runtime_checkable
+class Contestant(Fixed, Protocol):
+    """A player that fits some worlds: a script, an evolved team, or optimal play."""
+
+    @property
+    def roles(self) -> tuple[Role, ...]:
+        """Roles that it can play."""
+        ...
+
+    def world(self) -> EnvConfig | None:
+        """Return the world that it is for; None if it does not say."""
+        ...
+
+    def check_fits(self, role: Role, env: EnvConfig) -> None:
+        """Raise :class:`ValueError`, in one line, unless it can play a role in a world."""
+        ...
+
+    def policy(self, role: Role, env: EnvConfig) -> Policy:
+        """Return the policy with which it plays a role in a world."""
         ...
 
 
@@ -142,8 +230,8 @@ class TrialBatch:
     ``starts[t]``.
     """
 
-    predators: Teams
-    prey: Teams
+    predators: TeamBatch
+    prey: TeamBatch
     starts: np.ndarray = field(repr=False)
     """Start of each episode: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)`` cells."""
 

@@ -143,6 +143,12 @@ class EnvConfig(Settings):
         return TeamShape(self.n_prey, self.n_predators, self.n_prey_actions)
 
     @property
+    def changes(self) -> str:
+        """The settings that differ from the default, as text."""
+        changed = self.model_dump(exclude_defaults=True)
+        return ", ".join(f"{name}={value}" for name, value in changed.items()) or "the default one"
+
+    @property
     def rules(self) -> Rules:
         """The settings as plain numbers for compiled code."""
         return Rules(

@@ -35,7 +35,7 @@ from esp_trainer.seeding import stream
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import HELD_OUT as HELD_OUT_PREFIX
 from esp_trainer.teams.zoo import PLACE
-from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
@@ -159,7 +159,7 @@ def choose(runs: list[Run]) -> list[Chosen]:
     return found
 
 
-def _scores(role: Role, mine: Teams, theirs: Teams, evaluator: FusedEvaluator, seed: int) -> np.ndarray:
+def _scores(role: Role, mine: TeamBatch, theirs: TeamBatch, evaluator: FusedEvaluator, seed: int) -> np.ndarray:
     """A row for each of mine, higher is better for them."""
     if role == "predators":
         return cross_play(mine, theirs, evaluator, seed=seed).caught
@@ -192,13 +192,13 @@ def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[
 def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Role, list[str]], np.ndarray]:
     """The names on both sides, scripts last, and how many prey each of the predators catches of each of the prey."""
     evaluator = FusedEvaluator(TASKS[task])
-    sides: dict[Role, dict[str, Teams]] = {}
+    sides: dict[Role, dict[str, TeamBatch]] = {}
     for role in ROLES:
         teams = [each for each in chosen if each.role == role]
         sides[role] = {t.name: t.run.history.entrants(role, np.array([t.generation])) for t in teams}
         sides[role] |= {script: ScriptedTeams(script) for script in SCRIPTS[role]}
 
-    def captures(predators: Teams, prey: Teams) -> int:
+    def captures(predators: TeamBatch, prey: TeamBatch) -> int:
         return int(cross_play(predators, prey, evaluator, n_episodes=n_episodes, seed=2).captured.sum())
 
     hunters = tqdm(sides["predators"].values(), desc=f"{task}, who catches whom", unit="team")

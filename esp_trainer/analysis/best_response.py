@@ -14,7 +14,7 @@ import numpy as np
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import Role, Teams
+from esp_trainer.types import Role, TeamBatch
 from predprey_env.agents import other_team
 
 _EPISODES = 1000  # per final measurement, so that its standard error is at most 0.016
@@ -85,7 +85,7 @@ def evolve_response(
     frozen, contemporaries = history.entrants(other, then), history.entrants(role, then)
 
     # The starts differ from those on which the champion was selected, so that selection does not bias the result.
-    def caught(responder: Teams) -> float:
+    def caught(responder: TeamBatch) -> float:
         predators, prey = (responder, frozen) if role == "predators" else (frozen, responder)
         return float(cross_play(predators, prey, evaluator, n_episodes=_EPISODES, seed=seed).caught[0, 0])
 

@@ -19,7 +19,7 @@ from esp_trainer.analysis.progress import progress
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams, load_team
-from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
@@ -29,7 +29,7 @@ GENERATIONS = 24
 LEAST = 3
 """Minimum number of generations: progress in the second half needs two."""
 
-Opponents = dict[Role, list[Teams]]
+Opponents = dict[Role, list[TeamBatch]]
 """Fixed opponents, by the side that they play."""
 Values = dict[str, float]
 """Measures of a run by name; nan if a measure cannot be taken."""
@@ -69,7 +69,12 @@ def scripts() -> Opponents:
 
 
 def caught_by_each(
-    role: Role, mine: Teams, opponents: Sequence[Teams], evaluator: FusedEvaluator, *, n_episodes: int = EPISODES
+    role: Role,
+    mine: TeamBatch,
+    opponents: Sequence[TeamBatch],
+    evaluator: FusedEvaluator,
+    *,
+    n_episodes: int = EPISODES,
 ) -> np.ndarray:
     """Play the teams of a side against all opponents.
 
@@ -84,7 +89,7 @@ def caught_by_each(
         Fraction of prey caught, float64 ``(n_teams, n_opponents)``.
     """
 
-    def caught(theirs: Teams) -> np.ndarray:
+    def caught(theirs: TeamBatch) -> np.ndarray:
         if role == "predators":
             return cross_play(mine, theirs, evaluator, n_episodes=n_episodes).caught
         return cross_play(theirs, mine, evaluator, n_episodes=n_episodes).caught.T

@@ -20,7 +20,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.seeding import stream
-from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, TrialBatch
+from esp_trainer.types import ROLES, Role, TeamBatch, TrialBatch, n_teams, take
 from predprey_env.agents import other_team
 
 EPISODES = 64
@@ -61,7 +61,7 @@ class CrossPlay:
     @property
     def caught(self) -> np.ndarray:
         """Fraction of prey caught, float64 ``(G, H)``: the matrix ``M[g, h]``."""
-        return np.asarray(self.captured.sum(axis=-1) / self.met.sum())
+        return self.captured.sum(axis=-1) / self.met.sum()
 
     @property
     def caught_by_even(self) -> np.ndarray:
@@ -69,11 +69,11 @@ class CrossPlay:
         ``(G, H, n_predators + 1)``; nan where no prey started so.
         """
         with np.errstate(invalid="ignore"):
-            return np.asarray(self.captured / self.met)
+            return self.captured / self.met
 
 
 def cross_play(
-    predators: Teams, prey: Teams, evaluator: FusedEvaluator, *, n_episodes: int = EPISODES, seed: int = 0
+    predators: TeamBatch, prey: TeamBatch, evaluator: FusedEvaluator, *, n_episodes: int = EPISODES, seed: int = 0
 ) -> CrossPlay:
     """Play every predator team against every prey team.
 
@@ -86,14 +86,14 @@ def cross_play(
     """
     starts = evaluator.starts.held_out(stream(seed, "cross-play"), n_episodes)[:, 0]
     even = evaluator.starts.even_predators(starts)
-    sizes = _count(predators), _count(prey)
+    sizes = n_teams(predators), n_teams(prey)
     shape = sizes[0] * sizes[1]
     captured = np.zeros((shape, evaluator.env.n_predators + 1), np.int64)
     none_caught, all_caught = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
     for first in range(0, shape, _CELLS_AT_ONCE):
         cells = np.arange(first, min(first + _CELLS_AT_ONCE, shape))
         hunters, hunted = np.divmod(cells, sizes[1])
-        caught = _play(_pick(predators, hunters), _pick(prey, hunted), len(cells), starts, evaluator)
+        caught = _play(take(predators, hunters), take(prey, hunted), len(cells), starts, evaluator)
         for k in range(captured.shape[1]):
             captured[cells, k] = (caught & (even == k)).sum(axis=(1, 2))
         none_caught[cells] = (~caught.any(axis=2)).sum(axis=1)
@@ -109,7 +109,9 @@ def cross_play(
     )
 
 
-def _play(predators: Teams, prey: Teams, n_cells: int, starts: np.ndarray, evaluator: FusedEvaluator) -> np.ndarray:
+def _play(
+    predators: TeamBatch, prey: TeamBatch, n_cells: int, starts: np.ndarray, evaluator: FusedEvaluator
+) -> np.ndarray:
     """Return which prey are caught, bool ``(n_cells, n_episodes, n_prey)``."""
     n_episodes = len(starts)
     # Only trials run in parallel, so the episodes of few cells are split over several trials each.
@@ -117,7 +119,7 @@ def _play(predators: Teams, prey: Teams, n_cells: int, starts: np.ndarray, evalu
     cut = starts.reshape(n_parts, n_episodes // n_parts, *starts.shape[1:])
     trials = np.repeat(np.arange(n_cells), n_parts)
     all_starts = np.broadcast_to(cut, (n_cells, *cut.shape)).reshape(len(trials), *cut.shape[1:])
-    result = evaluator.evaluate(TrialBatch(_pick(predators, trials), _pick(prey, trials), all_starts))
+    result = evaluator.evaluate(TrialBatch(take(predators, trials), take(prey, trials), all_starts))
     return result.captured.reshape(n_cells, n_episodes, -1)
 
 
@@ -141,7 +143,7 @@ def own_cross_play(
     same.
     """
     generations = history.sample(n_generations)
-    predators, prey = (history.entrants(role, generations) for role in ("predators", "prey"))
+    predators, prey = (history.entrants(role, generations) for role in ROLES)
     about = {
         "of": _digest(predators, prey),
         "n_episodes": n_episodes,
@@ -153,7 +155,7 @@ def own_cross_play(
         if found is not None:
             return found
     played = cross_play(predators, prey, evaluator, n_episodes=n_episodes, seed=seed)
-    rows, columns = (generations if isinstance(side, EvolvedTeams) else np.zeros(1, int) for side in (predators, prey))
+    rows, columns = (generations if role in history.champions else np.zeros(1, int) for role in ROLES)
     whole = CrossPlay(rows, columns, played.captured, played.met, played.none_caught, played.all_caught, n_episodes)
     if cache is not None:
         cache.parent.mkdir(parents=True, exist_ok=True)
@@ -196,22 +198,5 @@ def _read(path: Path, about: dict[str, Any]) -> CrossPlay | None:
         return None
 
 
-def _count(teams: Teams) -> int:
-    return 1 if isinstance(teams, ScriptedTeams) else len(teams.indices)
-
-
-def _pick(teams: Teams, which: np.ndarray) -> Teams:
-    if isinstance(teams, ScriptedTeams):
-        return teams
-    return EvolvedTeams(teams.controller, teams.genomes, teams.indices[which])
-
-
-def _digest(*sides: Teams) -> str:
-    digest = hashlib.sha256()
-    for side in sides:
-        if isinstance(side, ScriptedTeams):
-            digest.update(side.script.encode())
-        else:
-            digest.update(repr(side.controller).encode())
-            digest.update(np.ascontiguousarray(side.genomes).tobytes())
-    return digest.hexdigest()
+def _digest(*sides: TeamBatch) -> str:
+    return hashlib.sha256(b"".join(side.identity for side in sides)).hexdigest()

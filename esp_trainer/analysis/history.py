@@ -21,7 +21,7 @@ from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, whole_lines
 from esp_trainer.run.trainer import record
-from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fixed, Role, ScriptedTeams, Teams
+from esp_trainer.types import ROLES, Contestant, Evaluator, EvolvedTeams, Fixed, Role, ScriptedTeams, TeamBatch
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class History:
 
     def sample(self, n: int) -> np.ndarray:
         """Return at most ``n`` generations with kept champions, evenly spread from the first to the last."""
-        return np.asarray(self.kept[np.unique(np.linspace(0, len(self.kept) - 1, n).round().astype(int))])
+        return self.kept[np.unique(np.linspace(0, len(self.kept) - 1, n).round().astype(int))]
 
     def genomes(self, role: Role, generations: np.ndarray) -> np.ndarray:
         """Return the champions' genomes of some generations; raise :class:`ValueError` if one is not kept."""
@@ -153,9 +153,9 @@ class History:
         found = self.kept[np.minimum(rows, len(self.kept) - 1)] == generations
         if not found.all():
             raise ValueError(f"no champion is kept of generation {generations[~found][0]}")
-        return np.asarray(self.champions[role][rows])
+        return self.champions[role][rows]
 
-    def entrants(self, role: Role, generations: np.ndarray) -> EvolvedTeams | ScriptedTeams:
+    def entrants(self, role: Role, generations: np.ndarray) -> TeamBatch:
         """Return the champions of some generations as teams for a cross-play; for a scripted side, the script.
 
         Team ``t`` of the batch is the champion of ``generations[t]``.
@@ -177,10 +177,11 @@ class History:
         (genomes,) = self.genomes(role, np.array([generation]))
         return Team(role, side, controller, genomes, origin, controller.n_seen)
 
-    def player(self, role: Role, generation: int) -> Team | ScriptedTeams:
+    def player(self, role: Role, generation: int) -> Contestant:
         """Return the team that plays a side in a generation: the champion, or the script of a scripted side."""
-        teams: Teams = self.entrants(role, np.array([generation]))
-        return teams if isinstance(teams, ScriptedTeams) else self.team(role, generation)
+        if role in self.champions:
+            return self.team(role, generation)
+        return ScriptedTeams(side_config(self.config, role).policy)
 
 
 CURVES = ("caught", "all_caught", "none_caught", "caught_by_even", "steps", "trials_caught", "trials_mean")

@@ -11,11 +11,10 @@ from esp_trainer.analysis.games import solve_matrix
 from esp_trainer.analysis.progress import generalist
 from esp_trainer.analysis.ratings import rate
 from esp_trainer.benchmark.match import Arena, Challenger, Meeting
-from esp_trainer.evaluation.match import Contestant
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
 from esp_trainer.teams.zoo import HELD_OUT, Zoo, load_team
-from esp_trainer.types import Role, ScriptedTeams
+from esp_trainer.types import Contestant, Role, ScriptedTeams
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS

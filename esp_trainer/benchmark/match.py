@@ -8,16 +8,13 @@ from typing import TypeAlias
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.evaluation.match import Contestant
 from esp_trainer.seeding import stream
-from esp_trainer.types import PolicyError, Role, ScriptedTeams, TrialBatch
+from esp_trainer.types import Contestant, PolicyError, Role, ScriptedTeams, TrialBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.envs.vector import PredPreyVectorEnv
-from predprey_env.policies import Policy, ScriptedTeam
-from predprey_env.policies.opponents import Opponent
+from predprey_env.policies import Policy
 from predprey_env.policies.outside import OutsideTeam
 
 Challenger: TypeAlias = Contestant | Policy
@@ -57,8 +54,9 @@ class Arena:
         Raises :class:`PolicyError` if the candidate raises, or does not return an action for each agent.
         """
         if isinstance(opponent, str):
-            opponent = ScriptedTeams(ScriptedTeam.of(opponent, other_team(role), self.env).script)  # checks the name
-        if isinstance(candidate, Team | ScriptedTeams):
+            opponent = ScriptedTeams(opponent)
+            opponent.check_fits(other_team(role), self.env)
+        if isinstance(candidate, Contestant):
             return self._play_compiled(candidate, role, opponent)
         return self._play_outside(candidate, role, opponent)
 
@@ -69,8 +67,7 @@ class Arena:
         return Meeting(captured, fitness, result.steps[:, 0])
 
     def _play_outside(self, candidate: Policy, role: Role, opponent: Contestant) -> Meeting:
-        n = len(self.starts)
-        inside: Opponent = opponent.script if isinstance(opponent, ScriptedTeams) else opponent
+        n, inside = len(self.starts), opponent.policy(other_team(role), self.env)
         worlds = PredPreyVectorEnv(self.env.replace(reward="terminal"), n, role, inside, AutoresetMode.SAME_STEP)
         views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})
         team = self._begin(candidate, role)

@@ -12,15 +12,9 @@ import numpy as np
 
 from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
 from esp_trainer.cli.streams import is_screen
-from esp_trainer.cli.teams import Seat, pair
-from esp_trainer.esp.team import Team
-from esp_trainer.exact.solution import Solution
-from esp_trainer.exact.team import OptimalTeam
+from esp_trainer.cli.teams import pair
 from esp_trainer.files import check_place
-from esp_trainer.types import Role
-from predprey_env.config import EnvConfig
 from predprey_env.extras import require_pygame
-from predprey_env.policies import Policy, ScriptedTeam
 from predprey_env.rendering import save_video
 from predprey_env.rendering.video import check_encoder
 
@@ -40,7 +34,7 @@ def replay(
     players, env = pair(team, against)
     if follow and follow > env.size:
         raise ValueError(f"--follow must be at most the {env.size} cells of the world, got {follow}")
-    policies = {role: _policy(player, role, env) for role, player in players.items()}
+    policies = {role: player.policy(role, env) for role, player in players.items()}
     if steps.stop <= steps.start:
         raise ValueError(f"--until must be at least --from, got {steps.stop - 1} and {steps.start}")
     episode = play(policies["predators"], policies["prey"], env, seed)
@@ -54,12 +48,6 @@ def replay(
         save_video(_with_last_look(compress(as_pictures(episode, fps, follow), shown), fps), video, fps)
         print(f"{video}: {_outcome(episode, steps)}")
     return 0
-
-
-def _policy(player: Seat, role: Role, env: EnvConfig) -> Policy:
-    if isinstance(player, Solution):
-        return OptimalTeam(role, player, env.max_cycles)
-    return player if isinstance(player, Team) else ScriptedTeam.of(player.script, role, env)
 
 
 def _print(frames: Iterable[str], fps: int) -> None:

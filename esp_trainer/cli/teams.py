@@ -6,23 +6,20 @@ import difflib
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TypeAlias
 
 from esp_trainer.esp.team import IN_A_WORLD, Team
-from esp_trainer.evaluation.match import Contestant, match
-from esp_trainer.exact.solution import Solution
+from esp_trainer.evaluation.match import match
+from esp_trainer.exact.team import OptimalPlay
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate, in_points
 from esp_trainer.teams.zoo import known_teams, load_team
-from esp_trainer.types import ROLES, Controller, Role, ScriptedTeams
+from esp_trainer.types import Contestant, Controller, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
-from predprey_env.policies import SCRIPTS
 from predprey_env.policies.scripted import NUMBERS
 
 _OPTIMAL = "optimal:"
 """Before the file of a solved game: whoever plays one side of it optimally."""
-Seat: TypeAlias = Contestant | Solution
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
@@ -31,9 +28,9 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
     if optimal:
         raise ValueError(f"optimal play is not evaluated but solved: esp-trainer solve says its value; got {optimal}")
     players, env = pair(team, against)
-    captures = match(players["predators"], players["prey"], env, episodes, seed)  # type: ignore[arg-type]
+    captures = match(players["predators"], players["prey"], env, episodes, seed)
     print(f"{captures.episodes} episodes from held-out starts (seed {seed}), 95% Wilson intervals")
-    print(f"  world              {_words(env)}")
+    print(f"  world              {env.changes}")
     print(f"  prey caught        {captures.caught}")
     print(f"  all prey caught    {captures.predators_succeed}")
     print(f"  no prey caught     {captures.prey_succeed}")
@@ -96,7 +93,7 @@ def _in_zoo(team: Team, _: str) -> str:
 
 def _world_in_words(team: Team, path: str) -> str:
     world = _world(team, path)
-    return _words(world) if world else ""
+    return world.changes if world else ""
 
 
 def _shapes(controller: Controller) -> str:
@@ -130,16 +127,16 @@ _ORIGIN = {
 }
 
 
-def pair(team: str, against: str) -> tuple[dict[Role, Seat], EnvConfig]:
+def pair(team: str, against: str) -> tuple[dict[Role, Contestant], EnvConfig]:
     """Both players by role, and the world of the first that says one; if none does, the paper's."""
-    players: dict[Role, Seat] = {}
+    players: dict[Role, Contestant] = {}
     seats = [(name, _load(name)) for name in (team, against)]
-    for _, player in sorted(seats, key=lambda seat: isinstance(seat[1], Solution)):  # who can play both sides last
+    for _, player in sorted(seats, key=lambda seat: len(seat[1].roles)):  # who can play both sides last
         role = _role(player, players)
         if role in players:
             raise ValueError(f"a match needs predators and prey, got two teams of {role}")
         players[role] = player
-    worlds = [world for name, player in seats if (world := _world_of(player, name))]
+    worlds = [world for name, player in seats if (world := _world(player, name))]
     if not worlds:
         evolved = [(name, player) for name, player in seats if isinstance(player, Team)]
         evolved.sort(key=lambda seat: seat[1].role != "predators")  # only they tell whether they may idle
@@ -147,7 +144,7 @@ def pair(team: str, against: str) -> tuple[dict[Role, Seat], EnvConfig]:
             raise ValueError("at least one of the teams must be an evolved one, got two scripts")
         worlds = [_assumed_world(*evolved[0])]
     for role, player in players.items():
-        _check_fits(player, role, worlds[0])
+        player.check_fits(role, worlds[0])
     if worlds[0] != worlds[-1]:
         print(f"the teams come from different worlds; they play in that of {team}", file=sys.stderr)
     return players, worlds[0]
@@ -170,31 +167,14 @@ def _assumed_world(name: str, team: Team) -> EnvConfig:
     return env
 
 
-def _world_of(player: Seat, name: str) -> EnvConfig | None:
-    """Return the world that a player was evolved or solved in; None if it does not say."""
-    if isinstance(player, Solution):
-        return player.config
-    return _world(player, name) if isinstance(player, Team) else None
+def _role(player: Contestant, others: Mapping[Role, Contestant]) -> Role:
+    """Return a role that a player can play, one that is not taken if there is one."""
+    return next((role for role in player.roles if role not in others), player.roles[0])
 
 
-def _check_fits(player: Seat, role: Role, env: EnvConfig) -> None:
-    if isinstance(player, Team):
-        player.check_fits(role, env)
-    if isinstance(player, Solution) and not player.plays(env):
-        raise ValueError(f"optimal play is known for {_words(player.config)}, got a match in {_words(env)}")
-
-
-def _role(player: Seat, others: Mapping[Role, Seat]) -> Role:
-    """Its own; of who can play both, the one that is left."""
-    if isinstance(player, Team):
-        return player.role
-    roles = list(ROLES) if isinstance(player, Solution) else [role for role in ROLES if player.script in SCRIPTS[role]]
-    return next((role for role in roles if role not in others), roles[0])
-
-
-def _load(name: str) -> Seat:
+def _load(name: str) -> Contestant:
     if name.startswith(_OPTIMAL):
-        return Solution.load(name.removeprefix(_OPTIMAL))
+        return OptimalPlay.load(name.removeprefix(_OPTIMAL))
     if name in NUMBERS and not Path(name).exists():
         return ScriptedTeams(name)
     return _evolved(name, NUMBERS)
@@ -212,17 +192,11 @@ def _evolved(name: str, besides: Iterable[str] = ()) -> Team:
         raise FileNotFoundError(f"{error}; did you mean {near[0]}?" if near else str(error)) from None
 
 
-def _world(team: Team, name: str) -> EnvConfig | None:
+def _world(team: Contestant, name: str) -> EnvConfig | None:
     try:
         return team.world()
     except ValueError as error:
         raise DamagedFileError(f"{name} does not say which world it is for: {error}") from None
-
-
-def _words(env: EnvConfig) -> str:
-    """Return the settings of a world that differ from the default, as text."""
-    changed = env.model_dump(exclude_defaults=True)
-    return ", ".join(f"{name}={value}" for name, value in changed.items()) or "the default one"
 
 
 def zoo(task: str | None) -> int:

@@ -21,13 +21,14 @@ from esp_trainer.cli.signals import handled_by, tell
 from esp_trainer.cli.streams import say
 from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
+from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
 from esp_trainer.run.trainer import Trainer, record
-from esp_trainer.types import Evaluator, Role, ScriptedTeams
+from esp_trainer.types import ROLES, Evaluator, Role
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # number of generations in the closing summary, and in the check for disengagement
@@ -217,10 +218,10 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
             f"predators catch all in {predators} of the episodes, prey all survive in {prey}"
         )
     players = {
-        role: side.script
-        if isinstance(side, ScriptedTeams)
-        else trainer.directory.champion_file(role, trainer.done - 1)
-        for role, side in trainer.coevolution.sides.items()
+        role: trainer.directory.champion_file(role, trainer.done - 1)
+        if role in trainer.coevolution.evolving
+        else side_config(trainer.config, role).policy
+        for role in ROLES
     }
     pair = f"{quoted(players['predators'])} --against {quoted(players['prey'])}"
     print(f"  the curves    {trainer.directory.metrics_file}")

@@ -23,7 +23,7 @@ from esp_trainer.types import (
     Fitness,
     Fixed,
     Role,
-    Teams,
+    TeamBatch,
     TrialBatch,
 )
 from predprey_env.agents import other_team
@@ -38,6 +38,11 @@ class Contenders:
     """float32 ``(n_teams, n_agents, n_networks, n_hidden, n_genes)``, copied."""
     scores: Fitness = field(repr=False)
     """Fitness of each team in its trial, mean over agents, ``(n_teams,)``."""
+
+    def as_teams(self, which: np.ndarray) -> EvolvedTeams:
+        """Return a batch with one of the teams in each trial: those in the places ``which``, int ``(n_trials,)``."""
+        indices = np.broadcast_to(which[:, None, None, None], (len(which), *self.genomes.shape[1:4]))
+        return EvolvedTeams(self.controller, as_candidates(self.genomes), indices)
 
 
 @dataclass(frozen=True)
@@ -63,29 +68,31 @@ def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contender
 
 
 def choose_champions(
-    contenders: Mapping[Role, Contenders | Fixed],
+    contenders: Mapping[Role, Contenders],
     config: ChampionConfig,
     evaluator: Evaluator,
     generator: np.random.Generator,
     past: Mapping[Role, EvolvedTeams] = MappingProxyType({}),
+    fixed: Mapping[Role, Fixed] = MappingProxyType({}),
 ) -> dict[Role, Champion]:
     """Return the champion of each evolving side.
 
-    ``past`` holds, for a side, past champions of the other side that its contenders also play.
+    A side has contenders, or it is fixed. ``past`` holds, for a side, past champions of the other side that its
+    contenders also play.
     """
-    evolving = {role: side for role, side in contenders.items() if isinstance(side, Contenders)}
     if config.method == "argmax":
-        return {role: Champion(c.controller, c.genomes[0], float(c.scores[0])) for role, c in evolving.items()}
-    counts = [len(side.scores) if isinstance(side, Contenders) else 1 for side in (contenders[r] for r in ROLES)]
+        return {role: Champion(c.controller, c.genomes[0], float(c.scores[0])) for role, c in contenders.items()}
+    counts = [len(contenders[role].scores) if role in contenders else 1 for role in ROLES]
     which = dict(zip(ROLES, np.indices(counts).reshape(2, -1), strict=True))
-    teams: dict[Role, Teams] = {role: _meet(contenders[role], which[role]) for role in ROLES}
+    teams: dict[Role, TeamBatch] = {role: side.as_teams(len(which[role])) for role, side in fixed.items()}
+    teams |= {role: side.as_teams(which[role]) for role, side in contenders.items()}
     # A fixed side is one opponent: play as many episodes against it as against n_candidates contenders.
-    n_episodes = config.n_episodes * (1 if len(evolving) == len(ROLES) else config.n_candidates)
+    n_episodes = config.n_episodes * (config.n_candidates if fixed else 1)
     starts = evaluator.starts.draw(generator, len(which["prey"]), n_episodes)
     result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
 
     champions: dict[Role, Champion] = {}
-    for role, side in evolving.items():
+    for role, side in contenders.items():
         earned = np.moveaxis(result.fitness_of(role).mean(axis=(1, 2)).reshape(counts), ROLES.index(role), 0)
         if role in past:
             against_past = _meet_past(role, side, past[role], config.n_episodes, evaluator, generator)
@@ -107,16 +114,9 @@ def _meet_past(
     """Return the mean fitness of each contender against each past champion, ``(n_teams, n_past)``."""
     which, met = np.indices((len(side.scores), len(past.indices))).reshape(2, -1)
     opponents = EvolvedTeams(past.controller, past.genomes, past.indices[met])
-    teams: dict[Role, Teams] = {role: _meet(side, which), other_team(role): opponents}
+    teams: dict[Role, TeamBatch] = {role: side.as_teams(which), other_team(role): opponents}
 
     # All contenders start alike against a champion, so that their scores can be compared.
     starts = evaluator.starts.draw(generator, len(past.indices), n_episodes)[met]
     result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
-    return np.asarray(result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1))
-
-
-def _meet(side: Contenders | Fixed, which: np.ndarray) -> Teams:
-    if not isinstance(side, Contenders):
-        return side.as_teams(len(which))
-    indices = np.broadcast_to(which[:, None, None, None], (len(which), *side.genomes.shape[1:4]))
-    return EvolvedTeams(side.controller, as_candidates(side.genomes), indices)
+    return result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1)

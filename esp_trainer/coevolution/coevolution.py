@@ -26,7 +26,7 @@ from esp_trainer.types import (
     EvolvedTeams,
     Fixed,
     Role,
-    Teams,
+    TeamBatch,
     TrialBatch,
 )
 from predprey_env.agents import other_team
@@ -186,22 +186,22 @@ class Coevolution:
         result = play(self.evaluator, self._batch({role: teams.repeated(n_each), other_team(role): opponents}, apart))
         return Part.of(result, role, opponents, np.broadcast_to(chosen, (n_trials, n_episodes)))
 
-    def _with_fixed(self, evolved: Mapping[Role, Teams], n_trials: int) -> dict[Role, Teams]:
+    def _with_fixed(self, evolved: Mapping[Role, TeamBatch], n_trials: int) -> dict[Role, TeamBatch]:
         return {**{role: side.as_teams(n_trials) for role, side in self.fixed.items()}, **evolved}
 
-    def _batch(self, teams: dict[Role, Teams], starts: np.ndarray) -> TrialBatch:
+    def _batch(self, teams: dict[Role, TeamBatch], starts: np.ndarray) -> TrialBatch:
         return TrialBatch(teams["predators"], teams["prey"], starts)
 
     def _choose(self, asked: dict[Role, EvolvedTeams], trials: dict[Role, Trials], number: int) -> dict[Role, Champion]:
         settings = self.config.champion
-        contenders: dict[Role, Contenders | Fixed] = {**self.fixed}
+        contenders: dict[Role, Contenders] = {}
         for role, teams in asked.items():
             fitness = centred(trials[role].fitness, self.config.esp.block_size)
             contenders[role] = best_teams(teams, fitness, settings.n_candidates)
         met = filter(self._has_past, asked) if settings.n_past else ()
         past = {role: self._past(role, settings.n_past, number) for role in met}
         generator = self._stream("champions", number)
-        return choose_champions(contenders, settings, self.evaluator, generator, past)
+        return choose_champions(contenders, settings, self.evaluator, generator, past, self.fixed)
 
     def _has_past(self, role: Role) -> bool:
         """Return whether a side's opponents have past champions."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from esp_trainer.coevolution.sharing import share
 from esp_trainer.config import EspConfig
-from esp_trainer.types import EvolvedTeams, Fitness, Role, Teams, TrialResult
+from esp_trainer.types import Fitness, Role, TeamBatch, TrialResult
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class Part:
     """Fitness of each agent, ``(n_trials, n_episodes, n_agents)``."""
     captured: np.ndarray = field(repr=False)
     """True for each prey that was caught, bool ``(n_trials, n_episodes, n_prey)``."""
-    opponents: Teams
+    opponents: TeamBatch
     """Opponents of each trial, or of each episode of each trial."""
     past: np.ndarray | None = field(default=None, repr=False)
     """Places of past champions in the hall of fame, int ``(n_trials, n_episodes)``; None for other opponents."""
 
     @classmethod
-    def of(cls, result: TrialResult, role: Role, opponents: Teams, past: np.ndarray | None = None) -> Part:
+    def of(cls, result: TrialResult, role: Role, opponents: TeamBatch, past: np.ndarray | None = None) -> Part:
         """Return one side's part of a result.
 
         With ``past``, the trials of the result may be single episodes, which are gathered into
@@ -45,9 +45,9 @@ class Part:
     def shared(self) -> Fitness:
         """Return the shared fitness (:func:`~.sharing.share`), ``(n_trials, n_agents)``, mean over episodes."""
         n_trials, _, n_agents = self.fitness.shape
-        met = len(self.opponents.indices) if isinstance(self.opponents, EvolvedTeams) else n_trials
+        met = n_trials if self.opponents.indices is None else len(self.opponents.indices)
         each = share(self.fitness.reshape(met, -1, n_agents).mean(axis=1), self.opponents)
-        return np.asarray(each.reshape(n_trials, -1, n_agents).mean(axis=1))
+        return each.reshape(n_trials, -1, n_agents).mean(axis=1)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
 
 @entry_point
 def _decide(networks: Networks, agent: int, seen: Any, memory: Any) -> int:
-    return choose(networks, agent, seen, memory, 0)  # type: ignore[no-any-return]
+    return choose(networks, agent, seen, memory, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +77,16 @@ class Team:
             return EnvConfig.from_dict(self.provenance["env"])
         except ValueError as error:
             raise ValueError(f"{error}: save the team with provenance {IN_A_WORLD}") from None
+
+    @property
+    def roles(self) -> tuple[Role, ...]:
+        """The role of the team; see :class:`~esp_trainer.types.Contestant`."""
+        return (self.role,)
+
+    def policy(self, role: Role, env: EnvConfig) -> Team:
+        """Return the team itself, which is a policy; raise :class:`ValueError` if it does not fit."""
+        self.check_fits(role, env)
+        return self
 
     @property
     def n_agents(self) -> int:
@@ -195,7 +205,7 @@ def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
     The result is float32 ``(len(trials), n_agents, n_networks, n_hidden, n_genes)``.
     """
     agent, network, neuron = np.ogrid[tuple(slice(n) for n in teams.indices.shape[1:])]
-    return np.asarray(teams.genomes[agent, network, neuron, teams.indices[trials]])
+    return teams.genomes[agent, network, neuron, teams.indices[trials]]
 
 
 def in_every_trial(controller: Controller, genomes: np.ndarray, n_trials: int) -> EvolvedTeams:

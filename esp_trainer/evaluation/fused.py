@@ -15,10 +15,9 @@ from esp_trainer.cores import cores
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation.kernel import BatchSide, Recorded, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, Teams, Trace, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, TeamBatch, Trace, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.jit.lanes import LANES
-from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.scripted import Script
 
 # A part copies its indices to int64: with subpopulations of 100, eight times their memory in the batch.
@@ -121,15 +120,27 @@ def _part(side: BatchSide, part: slice) -> BatchSide:
     return side._replace(indices=np.require(side.indices[part], np.int64, ["C", "W"]))
 
 
-def _side(role: Role, teams: Teams, n_trials: int, env: EnvConfig) -> BatchSide:
+def _side(role: Role, teams: TeamBatch, n_trials: int, env: EnvConfig) -> BatchSide:
     """Return one side of a batch in the layout that the kernel was compiled for."""
+    match teams:
+        case EvolvedTeams():
+            return _evolved_side(role, teams, n_trials, env)
+        case ScriptedTeams():
+            return _scripted_side(role, teams, env)
+    raise TypeError(f"teams must be EvolvedTeams or ScriptedTeams, got {type(teams).__name__}")
+
+
+def _scripted_side(role: Role, teams: ScriptedTeams, env: EnvConfig) -> BatchSide:
+    n_agents, _, n_actions = env.team(role)
+    nobody = make_controller(SideConfig(), np.array([[0, 1]]), n_actions)
+    empty = np.zeros((1, n_agents, 0, 0), np.int64)
+    script = teams.policy(role, env).compiled(role, env, LANES)
+    return BatchSide(script, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
+
+
+def _evolved_side(role: Role, teams: EvolvedTeams, n_trials: int, env: EnvConfig) -> BatchSide:
     shape = env.team(role)
     n_agents, n_opponents, n_actions = shape
-    if not isinstance(teams, EvolvedTeams):
-        nobody = make_controller(SideConfig(), np.array([[0, 1]]), n_actions)
-        empty = np.zeros((1, n_agents, 0, 0), np.int64)
-        script = ScriptedTeam.of(teams.script, role, env).compiled(role, env, LANES)
-        return BatchSide(script, nobody, np.zeros((1, 1, 1, 1, 1), np.float32), empty)
     controller = teams.controller
     got = len(teams.indices), teams.indices.shape[1] * controller.n_together, len(controller.blank)
     if got != (n_trials, n_agents, n_actions):

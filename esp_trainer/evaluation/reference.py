@@ -16,7 +16,7 @@ from pettingzoo import ParallelEnv
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import Team, pick
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, Teams, TrialBatch, TrialResult
+from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, TeamBatch, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
 from predprey_env.policies import Policy, ScriptedTeam
@@ -99,13 +99,15 @@ class ReferenceEvaluator:
             observations, rewards, _, _, infos = self.env.step(actions)
             yield rewards, infos
 
-    def _policy(self, role: Role, teams: Teams, trial: int) -> Policy:
-        if isinstance(teams, ScriptedTeams):
-            if isinstance(self.env, PredPreyEnv):
-                return ScriptedTeam.of(teams.script, role, self.env.config)
-            n_actions = self.env.action_space(self.agents[role][0]).n
-            return ScriptedTeam(teams.script, role, int(n_actions))
-        return team_of_trial(role, teams, trial)
+    def _policy(self, role: Role, teams: TeamBatch, trial: int) -> Policy:
+        match teams:
+            case EvolvedTeams():
+                return team_of_trial(role, teams, trial)
+            case ScriptedTeams() if isinstance(self.env, PredPreyEnv):
+                return teams.policy(role, self.env.config)
+            case ScriptedTeams():
+                return ScriptedTeam(teams.script, role, int(self.env.action_space(self.agents[role][0]).n))
+        raise TypeError(f"teams must be EvolvedTeams or ScriptedTeams, got {type(teams).__name__}")
 
 
 def team_of_trial(role: Role, teams: EvolvedTeams, trial: int) -> Team:

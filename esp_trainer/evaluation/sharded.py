@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from esp_trainer import cluster
 from esp_trainer.evaluation.fused import FusedEvaluator, blocks
-from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import Indices, TeamBatch, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 
 LEAST_EPISODES = 500
@@ -52,9 +51,9 @@ class ShardedEvaluator:
         shards = min(n_trials * n_episodes // self.least_episodes, self.shards or cluster.cores())
         if shards < 2:
             return self._here.evaluate(batch)
-        common = cluster.share((self.env, _without_indices(batch.predators), _without_indices(batch.prey)))
+        common = cluster.share((self.env, *_without_trials(batch)))
         parts = [batch.part(trials) for trials in blocks(n_trials, shards)]
-        shares = [(_indices(part.predators), _indices(part.prey), part.starts) for part in parts]
+        shares = [(part.predators.indices, part.prey.indices, part.starts) for part in parts]
         results = cluster.gather([cluster.submit(_play, common, *share) for share in shares])
         return TrialResult(
             np.concatenate([result.fitness for result in results]),
@@ -64,11 +63,11 @@ class ShardedEvaluator:
 
 
 def _play(
-    common: tuple[EnvConfig, Teams, Teams], predators: np.ndarray | None, prey: np.ndarray | None, starts: np.ndarray
+    common: tuple[EnvConfig, TeamBatch, TeamBatch], predators: Indices | None, prey: Indices | None, starts: np.ndarray
 ) -> TrialResult:
     """Play a shard, on a worker."""
     env, hunters, hunted = common
-    batch = TrialBatch(_with_indices(hunters, predators), _with_indices(hunted, prey), starts)
+    batch = TrialBatch(hunters.with_indices(predators), hunted.with_indices(prey), starts)
     return _evaluator(env).evaluate(batch)
 
 
@@ -77,14 +76,6 @@ def _evaluator(env: EnvConfig) -> FusedEvaluator:
     return FusedEvaluator(env, threads=1)
 
 
-def _indices(teams: Teams) -> np.ndarray | None:
-    return teams.indices if isinstance(teams, EvolvedTeams) else None
-
-
-def _without_indices(teams: Teams) -> Teams:
-    """Return the part of the teams that all shards share: the candidates."""
-    return teams.part(slice(0))
-
-
-def _with_indices(teams: Teams, indices: np.ndarray | None) -> Teams:
-    return teams if indices is None or isinstance(teams, ScriptedTeams) else replace(teams, indices=indices)
+def _without_trials(batch: TrialBatch) -> tuple[TeamBatch, TeamBatch]:
+    """Return the part of both sides' teams that all shards share: the candidates."""
+    return batch.predators.part(slice(0)), batch.prey.part(slice(0))

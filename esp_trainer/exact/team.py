@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from esp_trainer.exact.solution import Solution, SolutionWork, fill_payoffs, mak
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
+from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 
 
@@ -113,3 +116,37 @@ class OptimalTeam:
 def _solve(cells: Any, states: States, moves: Moves, later: Any, room: SolutionWork) -> float:
     fill_payoffs(cells, states, moves, later, room)
     return equilibrium(room.work)
+
+
+@dataclass(frozen=True)
+class OptimalPlay:
+    """Optimal play of either side of a solved game; a :class:`~esp_trainer.types.Contestant`."""
+
+    solution: Solution
+
+    @classmethod
+    def load(cls, path: Path | str) -> OptimalPlay:
+        """Read the file of a solved game, as :meth:`Solution.load`."""
+        return cls(Solution.load(path))
+
+    @property
+    def roles(self) -> tuple[Role, ...]:
+        """Both roles."""
+        return ROLES
+
+    def world(self) -> EnvConfig:
+        """Return the solved world."""
+        return self.solution.config
+
+    def check_fits(self, role: Role, env: EnvConfig) -> None:  # noqa: ARG002 - both roles fit
+        """Raise :class:`ValueError` unless a world has the moves of the solved one."""
+        if not self.solution.plays(env):
+            raise ValueError(f"optimal play is known for {self.world().changes}, got a match in {env.changes}")
+
+    def policy(self, role: Role, env: EnvConfig) -> OptimalTeam:
+        """Return the policy that plays a role optimally in episodes of the world's length."""
+        return OptimalTeam(role, self.solution, env.max_cycles)
+
+    def as_teams(self, n_trials: int) -> NoReturn:  # noqa: ARG002
+        """Raise :class:`ValueError`: no evaluator plays it in compiled code."""
+        raise ValueError("optimal play is not evaluated but solved: esp-trainer solve says its value")

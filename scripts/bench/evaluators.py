@@ -11,7 +11,7 @@ from bench.workload import Scale, config_of, first_generation
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
-from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, ScriptedTeams, TeamBatch, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
 
 MOST_DIFFERENT = 0.05
@@ -129,7 +129,7 @@ def _reference(config: RunConfig, batch: TrialBatch, fused: TrialResult, scale: 
     return few, seconds.cpu * float(fused.steps.sum() / expected.steps.sum())
 
 
-def _first(teams: Teams, n_trials: int) -> Teams:
+def _first(teams: TeamBatch, n_trials: int) -> TeamBatch:
     """The teams of the first trials."""
     if not isinstance(teams, EvolvedTeams):
         return teams

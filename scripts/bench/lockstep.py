@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from esp_trainer.esp.team import pick
-from esp_trainer.types import EvolvedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, TeamBatch, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 
 HALF = np.float32(0.5)
@@ -59,7 +59,7 @@ def play(env: EnvConfig, batch: TrialBatch) -> TrialResult:
     return TrialResult(_fitness(hunters, hunted, alive, steps, env), captured, steps)
 
 
-def _brains(teams: Teams, n_episodes: int) -> Brains:
+def _brains(teams: TeamBatch, n_episodes: int) -> Brains:
     if not isinstance(teams, EvolvedTeams):
         raise ValueError(f"both sides must evolve, got {teams!r}")
     genomes = pick(teams, np.arange(len(teams.indices)))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from esp_trainer.types import EvolvedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, TeamBatch, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig, Rules
 from predprey_env.rules.dynamics import World, count_alive, step
 from predprey_env.rules.fitness import fitness
@@ -135,7 +135,7 @@ def play(env: EnvConfig, batch: TrialBatch) -> TrialResult:
     return result
 
 
-def _side(teams: Teams) -> tuple[np.ndarray, np.ndarray]:
+def _side(teams: TeamBatch) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(teams, EvolvedTeams):
         raise ValueError(f"both sides must evolve, got {teams!r}")
     return teams.genomes, teams.indices

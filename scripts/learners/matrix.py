@@ -16,7 +16,7 @@ from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams, load_team
-from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from learners.contestants import TASK, Contestant
 from learners.train import spent_file, team_file
 
@@ -63,10 +63,10 @@ def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Mat
     sides = {
         role: [(each, seed) for each in contestants if role in each.roles for seed in each.seeds] for role in ROLES
     }
-    teams: dict[Role, list[Teams]] = {
+    teams: dict[Role, list[TeamBatch]] = {
         role: [_teams(each, place, role, seed) for each, seed in side] for role, side in sides.items()
     }
-    panel: dict[Role, list[Teams]] = {
+    panel: dict[Role, list[TeamBatch]] = {
         role: [
             load_team(name).as_teams(1)
             for name, t in known_teams().items()
@@ -75,7 +75,7 @@ def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Mat
         for role in ROLES
     }
 
-    def table(rows: list[Teams], columns: list[Teams]) -> np.ndarray:
+    def table(rows: list[TeamBatch], columns: list[TeamBatch]) -> np.ndarray:
         meetings = [
             [cross_play(p, q, evaluator, n_episodes=n_episodes, seed=3).caught for q in columns] for p in tqdm(rows)
         ]
@@ -94,7 +94,7 @@ def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Mat
     )
 
 
-def _teams(contestant: Contestant, place: Path, role: Role, seed: int) -> Teams:
+def _teams(contestant: Contestant, place: Path, role: Role, seed: int) -> TeamBatch:
     if contestant.method == "script":
         return ScriptedTeams(contestant.name)
     return Team.load(team_file(place, contestant, role, seed)).as_teams(1)

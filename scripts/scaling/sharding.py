@@ -16,7 +16,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
 from esp_trainer.seeding import stream
-from esp_trainer.types import ROLES, Role, Teams, TrialBatch
+from esp_trainer.types import ROLES, Role, TeamBatch, TrialBatch
 
 SHARDS = (2, 8, 32)
 _TIMES = 7
@@ -77,7 +77,7 @@ def measure(scales: Sequence[int]) -> Measured:
 
 def _batch(n_trials: int) -> TrialBatch:
     generator, sides = stream(0, "scaling"), new_sides(PAPER)
-    teams: dict[Role, Teams] = {}
+    teams: dict[Role, TeamBatch] = {}
     for role in ROLES:
         side = sides[role]
         assert isinstance(side, EvolvingSide)

@@ -13,7 +13,7 @@ from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import pick
 from esp_trainer.evaluation.starts import CellStarts, SeedStarts
 from esp_trainer.seeding import stream
-from esp_trainer.types import ROLES, EvolvedTeams, ScriptedTeams, Teams, TrialBatch, TrialResult
+from esp_trainer.types import ROLES, EvolvedTeams, ScriptedTeams, TeamBatch, TrialBatch, TrialResult
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +29,7 @@ def random_batch() -> Callable[..., TrialBatch]:
 
     def draw(config: RunConfig, n_trials: int, n_episodes: int = 1, seed: int = 0) -> TrialBatch:
         generator = stream(seed, "random batch")
-        teams: dict[str, Teams] = {
+        teams: dict[str, TeamBatch] = {
             role: side.subpopulations.draw(generator, n_trials) if isinstance(side, EvolvingSide) else side
             for role, side in new_sides(config.replace(seed=seed)).items()
         }
@@ -39,7 +39,7 @@ def random_batch() -> Callable[..., TrialBatch]:
     return draw
 
 
-def genomes_of(teams: Teams) -> np.ndarray | None:
+def genomes_of(teams: TeamBatch) -> np.ndarray | None:
     """What the teams of all trials are made of, copied; nothing of a script."""
     if isinstance(teams, ScriptedTeams):
         return None

@@ -17,7 +17,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.reference import predprey_reference
 from esp_trainer.files import read_arrays, write_arrays
 from esp_trainer.seeding import stream
-from esp_trainer.types import Evaluator, Role, ScriptedTeams, Teams, TrialBatch
+from esp_trainer.types import Evaluator, Role, ScriptedTeams, TeamBatch, TrialBatch
 from predprey_env import EnvConfig
 
 ENV = EnvConfig(size=8, max_cycles=20)
@@ -67,7 +67,7 @@ def meet(history: History, evaluator: FusedEvaluator, n_episodes: int = N_EPISOD
     return cross_play(predators, prey, evaluator, n_episodes=n_episodes, seed=seed)
 
 
-def alone(predators: Teams, prey: Teams, evaluator: Evaluator, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+def alone(predators: TeamBatch, prey: TeamBatch, evaluator: Evaluator, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
     """Two teams in a match of their own: who was caught, bool ``(n_episodes, n_prey)``, and how many predators started
     at an even distance.
     """

@@ -12,6 +12,7 @@ from esp_trainer.config import ChampionConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.team import as_candidates
 from esp_trainer.types import EvolvedTeams, ScriptedTeams
+from predprey_env.agents import other_team
 
 CONTROLLER = make_controller(SideConfig(n_hidden=2), np.array([[0, 1]]), 4)
 PREDATORS, PREY = 3, 2
@@ -135,21 +136,17 @@ def test_of_equal_means_the_one_that_the_trials_liked_better_wins(fake_evaluator
 @pytest.mark.parametrize(
     ("contenders", "table", "role", "best", "score"),
     [
-        (
-            {"predators": numbered(3, PREDATORS), "prey": ScriptedTeams("flee_nearest")},
-            [[1], [5], [2]],
-            "predators",
-            1,
-            5,
-        ),
-        ({"predators": ScriptedTeams("greedy_chase"), "prey": numbered(3, PREY)}, [[4, 6, 2]], "prey", 2, -2),
+        (numbered(3, PREDATORS), [[1], [5], [2]], "predators", 1, 5),
+        (numbered(3, PREY), [[4, 6, 2]], "prey", 2, -2),
     ],
 )
 def test_against_a_script_only_the_evolving_side_has_a_champion(
-    contenders: Any, table: Any, role: str, best: int, score: float, fake_evaluator: Any
+    contenders: Contenders, table: Any, role: str, best: int, score: float, fake_evaluator: Any
 ):
     evaluator = fake_evaluator(scores_by(table))
-    champions = choose_champions(contenders, ChampionConfig(n_candidates=3, n_episodes=2), evaluator, RNG(0))
+    fixed = {other_team(role): ScriptedTeams("random")}
+    config = ChampionConfig(n_candidates=3, n_episodes=2)
+    champions = choose_champions({role: contenders}, config, evaluator, RNG(0), fixed=fixed)
     assert list(champions) == [role]
     assert (champions[role].genomes == best).all()
     assert champions[role].score == score

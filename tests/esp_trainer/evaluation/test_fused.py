@@ -18,7 +18,7 @@ from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
-from esp_trainer.types import EvolvedTeams, ScriptedTeams, Teams, Trace, TrialBatch, TrialResult
+from esp_trainer.types import EvolvedTeams, ScriptedTeams, TeamBatch, Trace, TrialBatch, TrialResult
 from predprey_env import EnvConfig
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ CONFIG = RunConfig(env=ENV)
 
 
 def of_trials(batch: TrialBatch, trials: Any) -> TrialBatch:
-    def chosen(teams: Teams) -> Teams:
+    def chosen(teams: TeamBatch) -> TeamBatch:
         return teams if isinstance(teams, ScriptedTeams) else replace(teams, indices=teams.indices[trials])
 
     return TrialBatch(chosen(batch.predators), chosen(batch.prey), batch.starts[trials])

@@ -23,7 +23,7 @@ from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from esp_trainer.types import Role, Teams
+    from esp_trainer.types import Role, TeamBatch
 
 
 class Switches(NamedTuple):
@@ -130,7 +130,7 @@ def walk(
     return np.array(path), taken, caught_at
 
 
-def policy(role: Role, teams: Teams, trial: int, config: EnvConfig) -> Policy:
+def policy(role: Role, teams: TeamBatch, trial: int, config: EnvConfig) -> Policy:
     if isinstance(teams, ScriptedTeams):
         return ScriptedTeam.of(teams.script, role, config)
     return team_of_trial(role, teams, trial)

@@ -24,7 +24,7 @@ from esp_trainer.seeding import stream
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams import zoo
 from esp_trainer.teams.zoo import known_teams, load_zoo
-from esp_trainer.types import ROLES, Role, ScriptedTeams, Teams
+from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
@@ -72,7 +72,7 @@ def test_a_team_plays_its_role_in_its_task_and_says_where_it_came_from(name: str
     assert origin["commit"]
 
 
-def _teams(name: str, role: Role) -> Teams:
+def _teams(name: str, role: Role) -> TeamBatch:
     return ScriptedTeams(name) if name in SCRIPTS[role] else load_team(name).as_teams(1)
 
 
