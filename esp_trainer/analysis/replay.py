@@ -22,23 +22,24 @@ _WIDEST = 44  # letters of a caption
 
 @dataclass(frozen=True)
 class Episode:
-    """Every moment of an episode: the start, and what each call of ``step`` made of it (half a time step, where teams
-    move in turns).
+    """All moments of an episode: the start, and the world after each call of ``step``.
+
+    Where teams move in turns, a call is half a time step.
     """
 
     env: EnvConfig
     worlds: tuple[World, ...]
     times: tuple[float, ...]
-    """In steps."""
+    """Time of each moment, in steps."""
 
     @property
     def cells(self) -> np.ndarray:
-        """Everybody's cells after each whole step, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
+        """Cells of all agents after each whole step, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
         whole = [world for world, time in zip(self.worlds, self.times, strict=True) if time == int(time)]
         return np.stack([np.stack([world.x, world.y], axis=1) for world in whole])
 
     def paths(self) -> Paths:
-        """The same as the behaviours' detectors read it, as one episode."""
+        """Return the episode in the form that the behaviours' detectors read."""
         cells = np.full((1, self.env.max_cycles + 1, self.env.n_agents, 2), -1, np.int32)
         cells[0, : len(self.cells)] = self.cells
         return Paths.of_trace(cells, self.env.n_predators, self.env.size, self.caught_at[None])
@@ -52,7 +53,7 @@ class Episode:
 
 
 def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Episode:
-    """Let two policies play the episode of a seed."""
+    """Return the episode of two policies from a seed."""
     game = PredPreyEnv(env)
     observations, infos = game.reset(seed=seed)
     predators.reset(seed)
@@ -74,7 +75,7 @@ def _world(game: PredPreyEnv) -> World:
 
 
 def as_text(episode: Episode) -> Iterator[str]:
-    """A frame of text for each moment."""
+    """Yield a frame of text for each moment."""
     for world, time in zip(episode.worlds, episode.times, strict=True):
         yield text(world, episode.env, int(np.ceil(time)))
 
@@ -111,7 +112,7 @@ def captions(episode: Episode) -> list[str]:
 
 
 def seen_in(episode: Episode) -> dict[str, np.ndarray]:
-    """The whole steps, bool ``(n_steps + 1,)``, at which each behaviour is seen that is."""
+    """Return the whole steps at which each behaviour is seen, bool ``(n_steps + 1,)``; leave out those never seen."""
     paths, n_rows = episode.paths(), len(episode.cells)
     rows = {name: detector.rows(paths)[0, :n_rows] for name, detector in BEHAVIOURS.items() if detector.of_interaction}
     return {name: seen for name, seen in rows.items() if seen.any()}

@@ -24,7 +24,7 @@ _LAST_LOOK = 2  # seconds that the end of a video stays
 def replay(
     team: str, against: str, seed: int, fps: int, steps: range, videos: Sequence[Path], follow: int | None = None
 ) -> int:
-    """Play one episode as text, or into files that move."""
+    """Play one episode, and show it as text or write videos."""
     for video in videos:
         require_pygame("a picture")
         check_encoder(video)
@@ -59,14 +59,14 @@ def _print(frames: Iterable[str], fps: int) -> None:
 
 
 def _with_last_look(pictures: Iterable[np.ndarray], fps: int) -> Iterator[np.ndarray]:
-    """The pictures, the last of them for longer."""
+    """Yield the pictures, and repeat the last one."""
     for picture in pictures:
         yield picture
     yield from [picture] * (_LAST_LOOK * fps)
 
 
 def _outcome(episode: Episode, steps: range) -> str:
-    """A part of an episode in a line."""
+    """Return a line about a part of an episode: captures and behaviours."""
     last = min(steps.stop - 1, int(episode.times[-1]))
     caught = int((episode.worlds[episode.times.index(last)].alive == 0).sum())
     seen = [name for name, rows in seen_in(episode).items() if rows[steps.start : last + 1].any()]

@@ -1,4 +1,4 @@
-"""``evaluate``, ``show`` and ``teams``: teams on the terminal, and which of them a command means."""
+"""``evaluate``, ``show`` and ``teams``: results and descriptions of teams, loaded by name."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from predprey_env.config import EnvConfig
 from predprey_env.policies.scripted import NUMBERS
 
 _OPTIMAL = "optimal:"
-"""Before the file of a solved game: whoever plays one side of it optimally."""
+"""Prefix of the file of a solved game: optimal play of one of its sides."""
 
 
 def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
-    """Print how two teams do against each other."""
+    """Print the results of two teams against each other."""
     optimal = next((name for name in (team, against) if name.startswith(_OPTIMAL)), None)
     if optimal:
         raise ValueError(f"optimal play is not evaluated but solved: esp-trainer solve says its value; got {optimal}")
@@ -61,7 +61,7 @@ def show(path: str) -> int:
 
 
 def _readable(tell: Callable[[Team, str], str], team: Team, path: str) -> str:
-    """Return what there is to tell; nothing if a team's provenance, which is its author's own, holds something else."""
+    """Return a line about a team; empty if its provenance, which its author may write, lacks the facts."""
     try:
         return tell(team, path)
     except DamagedFileError:
@@ -102,14 +102,14 @@ def _shapes(controller: Controller) -> str:
 
 
 def _changes(team: Team, _: str) -> str:
-    """The settings in which a team's run differs from the preset that it is named after."""
+    """Return the settings in which a team's run differs from the preset that it is named after."""
     origin = team.provenance
     if origin["preset"] not in PRESETS:
         return ""
     changed = []
     for section in ("predators", "prey", "esp", "champion"):
         usual = getattr(preset(origin["preset"]), section)
-        own = type(usual).from_dict(origin.get(section, {}))  # it knows the names that fields had in earlier versions
+        own = type(usual).from_dict(origin.get(section, {}))  # it accepts the names of earlier versions
         told = [name for name in type(usual).model_fields if name in own.model_fields_set]
         changed += [
             f"{section}.{name}={getattr(own, name)}" for name in told if getattr(own, name) != getattr(usual, name)
@@ -128,10 +128,13 @@ _ORIGIN = {
 
 
 def pair(team: str, against: str) -> tuple[dict[Role, Contestant], EnvConfig]:
-    """Both players by role, and the world of the first that says one; if none does, the paper's."""
+    """Return both players by role, and their world.
+
+    It is the world of the first player that has one, or else the paper's.
+    """
     players: dict[Role, Contestant] = {}
     seats = [(name, _load(name)) for name in (team, against)]
-    for _, player in sorted(seats, key=lambda seat: len(seat[1].roles)):  # who can play both sides last
+    for _, player in sorted(seats, key=lambda seat: len(seat[1].roles)):  # those that can play both roles last
         role = _role(player, players)
         if role in players:
             raise ValueError(f"a match needs predators and prey, got two teams of {role}")
@@ -139,7 +142,7 @@ def pair(team: str, against: str) -> tuple[dict[Role, Contestant], EnvConfig]:
     worlds = [world for name, player in seats if (world := _world(player, name))]
     if not worlds:
         evolved = [(name, player) for name, player in seats if isinstance(player, Team)]
-        evolved.sort(key=lambda seat: seat[1].role != "predators")  # only they tell whether they may idle
+        evolved.sort(key=lambda seat: seat[1].role != "predators")  # only predators show whether they may idle
         if not evolved:
             raise ValueError("at least one of the teams must be an evolved one, got two scripts")
         worlds = [_assumed_world(*evolved[0])]
@@ -151,7 +154,7 @@ def pair(team: str, against: str) -> tuple[dict[Role, Contestant], EnvConfig]:
 
 
 def _assumed_world(name: str, team: Team) -> EnvConfig:
-    """The paper's world for as many agents as a team has and sees; says so."""
+    """Return the paper's world with as many agents as a team has and sees, and print a note about it."""
     sees = team.controller.n_seen // 2
     if team.role == "predators":
         idles = len(team.controller.blank) == EnvConfig().n_predator_actions

@@ -12,7 +12,7 @@ from predprey_env.rendering.colours import GRID, GROUND, INK, PREDATOR, PREY, mi
 from predprey_env.rendering.track import Track
 
 SIDE = 640
-"""Side of the world in a picture, in pixels; like ``HEADER`` a multiple of 16, as video codecs like it."""
+"""Side of the world in a picture, in pixels. Like ``HEADER`` it is a multiple of 16, for video codecs."""
 
 HEADER = 32
 """Height of the line above the world, in pixels."""
@@ -23,15 +23,16 @@ _RING_STEPS = 12
 
 
 def agent_radius(config: EnvConfig, width: int | None = None) -> float:
-    """Return the radius of an agent in a picture that is ``width`` cells wide, in pixels: that of its cell, but large
-    enough to be seen.
+    """Return the radius of an agent, in pixels, in a picture that is ``width`` cells wide.
+
+    It is about half a cell, but large enough to be seen.
     """
-    crowd = (0.1 * SIDE**2 / (np.pi * config.n_agents)) ** 0.5  # all together cover a tenth of the world
+    crowd = (0.1 * SIDE**2 / (np.pi * config.n_agents)) ** 0.5  # all agents together cover a tenth of the world
     return float(np.clip(0.42 * SIDE / (width or config.size), np.clip(crowd, 2, 13), 48))
 
 
 def trail_length(config: EnvConfig) -> float:
-    """How long a trail is, in steps: a part of the world's side, less where the trails of many would cover it."""
+    """Return the length of a trail in steps: a fraction of the world's side, less if there are many agents."""
     return float(min(max(8, 0.4 * config.size), 6000 / config.n_agents))
 
 
@@ -76,7 +77,7 @@ class Painter:
         return self._picture
 
     def _centres(self, cells: np.ndarray) -> np.ndarray:
-        """Return where cells ``(n_agents, 2)`` lie in the finely drawn picture, whose rows count down."""
+        """Return the positions of cells ``(n_agents, 2)`` in the finely drawn picture, whose rows count downwards."""
         points = cells + 0.5
         if self._centre is not None:
             half = self._config.size / 2  # the shortest way from the centre
@@ -101,7 +102,7 @@ class Painter:
                     self._world.fill(GRID, (0, _BOUNDS.height - at - 1, _BOUNDS.width, 2))
 
     def _draw_trails(self, track: Track, now: float, progress: float) -> None:
-        """A bar for each stretch of each agent, the fresh ones over the old ones."""
+        """Draw a bar for each stretch of each agent's path, recent ones over older ones."""
         for stretch in track.stretches:
             fresh = min(1.0, 1 - (now - stretch.time) / track.length)
             part = progress if stretch.time == track.time else 1.0
@@ -117,7 +118,7 @@ class Painter:
                     self._world.fill(colours[int(agent >= self._config.n_predators)], box.move(shift))
 
     def _draw_agents(self, track: Track, centres: np.ndarray, now: float) -> None:
-        """Caught prey lowest, each in a ring that grows and fades, and free prey, which are smaller, on predators."""
+        """Draw caught prey at the bottom, each in a ring that grows and fades, then predators, then free prey."""
         hunters, ages = self._config.n_predators, now - track.caught_at
         for prey in np.flatnonzero(ages >= 0).tolist():
             left = 1 - float(ages[prey]) / _RING_STEPS
@@ -138,9 +139,7 @@ class Painter:
         self._world.blits([(sprite, box.move(shift)) for shift in self._shifts(box)])
 
     def _shifts(self, box: pygame.Rect) -> list[tuple[int, int]]:
-        """Return the shifts by the world's side with which something of a box is in the picture: the world goes on at
-        its other side.
-        """
+        """Return the shifts by whole worlds with which a part of a box is in the picture, as the world wraps around."""
         if _BOUNDS.contains(box):
             return [(0, 0)]
         ways = (-self._side, 0, self._side)
@@ -160,12 +159,12 @@ class Painter:
 
 
 def _spacing(width: int) -> int:
-    """Return the cells between two lines: one, ten, a hundred or a thousand, so that lines are not too dense."""
+    """Return the number of cells between two grid lines: 1, 10, 100 or 1000, so that lines are not too dense."""
     return next(cells for cells in (1, 10, 100, 1000) if cells * _BOUNDS.width >= 24 * width)
 
 
 def _ground(size: int) -> pygame.Surface:
-    """Return the empty world with the lines between its cells, or between tens, hundreds or thousands of them."""
+    """Return the picture of the empty world with its grid lines."""
     ground = pygame.Surface(_BOUNDS.size, depth=32)
     ground.fill(GROUND)
     spacing = _spacing(size)

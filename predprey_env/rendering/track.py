@@ -1,4 +1,4 @@
-"""What a viewer has seen of an episode."""
+"""The course of an episode, as a viewer has seen it."""
 
 from __future__ import annotations
 
@@ -11,44 +11,44 @@ from predprey_env.rules.dynamics import World
 
 
 class Stretch(NamedTuple):
-    """A time step, or half of one, from one moment that was seen to the next."""
+    """The moves of all agents between two moments that were seen: a time step, or half of one."""
 
     time: float
-    """When it ended, in steps."""
+    """Time of the second moment, in steps."""
 
     start: np.ndarray
-    """The cells in which it began: int32 ``(n_agents, 2)``, columns and rows."""
+    """Cells of the agents at the first moment: int32 ``(n_agents, 2)``, columns and rows."""
 
     way: np.ndarray
-    """Where each agent went: -1, 0 or 1 cells along each axis, int32 ``(n_agents, 2)``."""
+    """Move of each agent: -1, 0 or 1 cells along each axis, int32 ``(n_agents, 2)``."""
 
 
 class Track:
-    """Where the agents of one episode went, and when prey were caught, as far as a viewer looked.
+    """Moves and capture times of one episode, at the moments that a viewer has seen.
 
-    An agent moves one cell a step. Between moments further apart nobody knows its way: there it leaves no trail.
+    An agent moves one cell a step. Between moments further apart its path is unknown, and it leaves no trail.
     """
 
     def __init__(self, world: World, time: float, size: int, length: float) -> None:
-        """Begin with what there is to see at a time, in steps; forget what is older than ``length`` steps."""
+        """Start with the world at a time, in steps; moves older than ``length`` steps are dropped."""
         self.time = time
         self.cells = _cells(world)
-        """int32 ``(n_agents, 2)``."""
+        """Cells of the agents at the last moment: int32 ``(n_agents, 2)``."""
         self.way = np.zeros_like(self.cells)
-        """The way from the moment before, zero where nobody knows it: int32 ``(n_agents, 2)``."""
+        """Moves from the moment before, zero if they are unknown: int32 ``(n_agents, 2)``."""
         self.heading = np.zeros_like(self.cells)
-        """The last move that was one: int32 ``(n_agents, 2)``."""
+        """Last move of each agent that changed its cell: int32 ``(n_agents, 2)``."""
         self.duration = 0.0
-        """Steps since the moment before, 0 if nobody knows the way from there."""
+        """Steps since the moment before, 0 if the moves are unknown."""
         self.caught_at = np.where(world.alive, np.inf, time)
-        """When each prey was seen to be caught, in steps, infinite while it is free: ``(n_prey,)``."""
+        """Time at which each prey was first seen to be caught, in steps, infinite while it is free: ``(n_prey,)``."""
         self.stretches: deque[Stretch] = deque()
-        """What is not yet forgotten, oldest first."""
+        """Recent moves, oldest first."""
         self._size = size
         self.length = length
 
     def see(self, world: World, time: float) -> bool:
-        """Look at the world at a time that is not earlier; whether there was anything new."""
+        """Add the world at a time that is not earlier than the last. Return whether the time is new."""
         if time == self.time:
             return False
         cells, duration = _cells(world), time - self.time

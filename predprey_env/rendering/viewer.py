@@ -12,11 +12,11 @@ from predprey_env.rendering.track import Track
 from predprey_env.rendering.window import Window
 from predprey_env.rules.dynamics import World
 
-_LAST_LOOK = 10  # moments that the end of an episode stays in the window
+_LAST_LOOK = 10  # number of moments for which a window shows the end of an episode
 
 
 class Viewer:
-    """Remembers what it is shown of an episode, for the trails.
+    """Draws an episode, and remembers its course for the trails.
 
     Args:
         config: The world.
@@ -30,21 +30,22 @@ class Viewer:
         self.begin(config)
 
     def begin(self, config: EnvConfig) -> None:
-        """Forget the episode: another begins."""
+        """Start another episode."""
         self._config, self._painter = config, Painter(config, self._follow)
         self._camera = Camera(config.size)
         self._track: Track | None = None
 
     def frame(self, world: World, time: float, caption: str = "") -> np.ndarray:
-        """The world at a time, in steps, as an RGB picture: uint8 ``(height, width, 3)``; north is up. Above it stands
-        the caption.
+        """Return the world at a time, in steps, as an RGB picture with the caption above: uint8 ``(height, width, 3)``.
+
+        North is up.
         """
         _, track = self._look(world, time)
         centre = self._camera.look(world, time) if self._follow else None
         return _as_array(self._painter.paint(track, caption=caption, centre=centre))
 
     def show(self, world: World, time: float, *, last: bool) -> None:
-        """The same in the window, which opens now at the latest; nothing if the user has closed it."""
+        """Show the world at a time, in steps, in the window. The first call opens it; a closed window shows nothing."""
         new, track = self._look(world, time)
         if self._window is None:
             self._window = Window("predators and prey", (SIDE, SIDE + HEADER), self._fps)
@@ -52,13 +53,13 @@ class Viewer:
         self._window.show(lambda progress: self._painter.paint(track, progress), moments)
 
     def close(self) -> None:
-        """Take the window away."""
+        """Close the window."""
         if self._window is not None:
             self._window.close()
 
     def _look(self, world: World, time: float) -> tuple[bool, Track]:
-        """Whether there is anything new, and all that was seen."""
-        if self._track is None or time < self._track.time:  # an environment may be set back
+        """Add the world to the track. Return whether it is new, and the track."""
+        if self._track is None or time < self._track.time:  # an environment may return to an earlier state
             self._track = Track(world, time, self._config.size, trail_length(self._config))
             return True, self._track
         return self._track.see(world, time), self._track
