@@ -6,7 +6,7 @@ import sys
 
 from gymnasium.error import DependencyNotInstalled
 
-from esp_trainer.cli.commands import run
+from esp_trainer.cli.commands import COMMANDS
 from esp_trainer.cli.overrides import read_options, split
 from esp_trainer.cli.parser import make_parser
 from esp_trainer.cli.streams import let_go, standard_streams
@@ -56,4 +56,5 @@ def _run(arguments: list[str]) -> int:
     if unknown and options.command != "train":
         options.refuse_option(unknown[0])
     read_options(unknown)
-    return run(options, [*fields, *unknown])
+    options.fields = [*fields, *unknown]
+    return COMMANDS[options.command].run(options)

@@ -29,9 +29,9 @@ def test_a_script_that_can_be_foreseen_never_catches_a_prey_that_foresees_it(
 def test_a_policy_of_ones_own_is_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "mine.py").write_text("def go_east(observations):\n    return dict.fromkeys(observations, 0)\n")
+    (tmp_path / "eastward.py").write_text("def go_east(observations):\n    return dict.fromkeys(observations, 0)\n")
     monkeypatch.chdir(tmp_path)
-    assert main(["exploitability", "mine:go_east", "--role", "prey", "--size", "4", "--steps", "5"]) == 0
+    assert main(["exploitability", "eastward:go_east", "--role", "prey", "--size", "4", "--steps", "5"]) == 0
     assert capsys.readouterr().out.splitlines()[3].split()[-5:] == ["1.000"] * 5
 
 

@@ -1,0 +1,26 @@
+"""``resume``: a run that was stopped."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from esp_trainer.cli.options import add_players, positive
+
+SUMMARY = "continue a run that was stopped"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of ``resume``."""
+    parser.add_argument("directory", type=Path, metavar="DIR")
+    parser.add_argument("--generations", type=positive, metavar="N", help="total number of generations")
+    add_players(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run ``resume``, and return its exit status."""
+    from esp_trainer.cli import training
+
+    players = training.Players(options.threads, options.address)
+    following = training.Following(options.quiet, options.tensorboard)
+    return training.resume(options.directory, options.generations, players, following)

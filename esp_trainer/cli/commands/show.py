@@ -1,0 +1,19 @@
+"""``show``: the description of a team."""
+
+from __future__ import annotations
+
+import argparse
+
+SUMMARY = "print what a team is and where it came from"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of ``show``."""
+    parser.add_argument("team", metavar="TEAM")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run ``show``, and return its exit status."""
+    from esp_trainer.cli import teams
+
+    return teams.show(options.team)
