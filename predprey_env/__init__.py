@@ -7,12 +7,13 @@ from predprey_env.envs.both import ParallelVectorEnv, parallel_vector_env
 from predprey_env.envs.parallel import PredPreyEnv
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
-from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam, choose, sees_team
+from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, sees_team
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
 
 __all__ = [
     "SCRIPTS",
     "EnvConfig",
+    "OpponentPool",
     "ParallelVectorEnv",
     "Policy",
     "PredPreyEnv",

@@ -13,7 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 from predprey_env.envs.fixed import read_only
 from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.vector import PredPreyVectorEnv
-from predprey_env.policies.opponents import Opponent
+from predprey_env.policies.pool import Opponents
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import brief
 
@@ -29,8 +29,8 @@ class SB3VecEnv(VecEnv):
     another mode, or if it is in a Gymnasium wrapper and has another mode, which the wrapper may have read.
     """
 
-    opponent: Policy = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
-    """Policy that plays the other team."""
+    opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
+    """Policy that plays the other team, or all policies of a pool."""
 
     def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray]) -> None:
         worlds = getattr(env, "unwrapped", None)
@@ -43,7 +43,7 @@ class SB3VecEnv(VecEnv):
         self.render_mode = None
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
-    def set_opponent(self, opponent: Opponent) -> None:
+    def set_opponent(self, opponent: Opponents) -> None:
         """Replace the opponent; see :meth:`PredPreyVectorEnv.set_opponent`."""
         self._worlds.set_opponent(opponent)
 
@@ -85,6 +85,8 @@ class SB3VecEnv(VecEnv):
                 "TimeLimit.truncated": bool(truncated[row]),
                 "n_captured": int(told["final_info"]["n_captured"][row]),
             }
+            if "opponent" in told["final_info"]:
+                infos[row]["opponent"] = int(told["final_info"]["opponent"][row])
         return observations, rewards.astype(np.float32), ended, infos
 
     def close(self) -> None:

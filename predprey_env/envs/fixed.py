@@ -52,8 +52,14 @@ class Timed(Configured):
 
 
 class Opposed(Configured):
-    """An environment that plays one team itself, by an opponent policy."""
+    """An environment that plays one team itself, by an opponent policy or a pool of them."""
 
-    opponent: Policy = read_only("opponent", "call set_opponent(opponent)")
-    """Policy that plays the other team: in a team view the copy that plays, in a vector environment the object that was
-    given."""
+    opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)")
+    """Policy that plays the other team, or all policies of a pool: in a team view the copies that play, in a vector
+    environment the objects that were given."""
+
+    _policies: tuple[Policy, ...]
+
+    @property
+    def _opponent(self) -> Policy | tuple[Policy, ...]:
+        return self._policies[0] if len(self._policies) == 1 else self._policies

@@ -15,13 +15,15 @@ from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.options import Options
 from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
-from predprey_env.policies.opponents import Opponent, as_policy, ask, draw_seed, own_copy
+from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy
+from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
+from predprey_env.policies.protocol import Policy
 from predprey_env.settings import spell_out
 
 
 @spell_out(EnvConfig)
 def team_view(
-    team: TeamName, opponent: Opponent, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
+    team: TeamName, opponent: Opponents, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
 ) -> TeamView:
     """Return a parallel environment that holds the agents of one team; all of them have the same spaces.
 
@@ -31,7 +33,8 @@ def team_view(
             :class:`predprey_env.policies.Policy` (an evolved team, for example), or a function from observations to
             actions, by agent. The environment plays its own copy of a policy, because a policy may have memory; what
             the policy learns later, the copy does not. A function (a bound method, for example) and a policy with
-            ``act_batch`` have no memory: they are called themselves, in their current state, at each step.
+            ``act_batch`` have no memory: they are called themselves, in their current state, at each step. Of a list,
+            or a :class:`predprey_env.OpponentPool`, each episode samples one; the infos say which, as ``opponent``.
         render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
         parameters: The fields of :class:`predprey_env.EnvConfig`.
     """
@@ -45,12 +48,13 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     env: PredPreyEnv = read_only("env")
     team: TeamName = read_only("team")
 
-    def __init__(self, env: PredPreyEnv, team: TeamName, opponent: Opponent) -> None:
+    def __init__(self, env: PredPreyEnv, team: TeamName, opponent: Opponents) -> None:
         config = env.config
         config.team(team)  # raises ValueError for an unknown team
         self._env = env
         self._team = team
-        self._opponent = own_copy(as_policy(opponent, other_team(team), config))
+        self._pool, self._policies = self._admit(opponent)
+        self._member = 0  # index of the opponent that plays
         self.possible_agents = [agent for agent in env.possible_agents if agent.startswith(PREFIXES[team])]
         self.observation_spaces = {agent: env.observation_space(agent) for agent in self.possible_agents}
         self.action_spaces = {agent: env.action_space(agent) for agent in self.possible_agents}
@@ -63,16 +67,23 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     def __str__(self) -> str:
         return str(self.metadata["name"])
 
-    def set_opponent(self, opponent: Opponent) -> None:
-        """Replace the opponent from the next step on. During an episode the new opponent is reset first.
+    def set_opponent(self, opponent: Opponents) -> None:
+        """Replace the opponent, or the pool, from the next step on. During an episode the new one is reset first.
 
-        The old opponent stays if the new one cannot play or its ``reset`` raises.
+        The old opponents stay if a new one cannot play or its ``reset`` raises.
         """
-        policy = own_copy(as_policy(opponent, other_team(self.team), self.env.config))
+        pool, policies = self._admit(opponent)
+        member = 0
         if self.env.agents:
             with self._all_or_nothing():
-                policy.reset(draw_seed(self.env.np_random))
-        self._opponent = policy
+                member = pool.sample(self.env.np_random)
+                policies[member].reset(draw_seed(self.env.np_random))
+        self._pool, self._policies, self._member = pool, policies, member
+
+    def _admit(self, opponents: Opponents) -> tuple[OpponentPool, tuple[Policy, ...]]:
+        """Return a pool, and a copy of each of its policies."""
+        pool, others = as_pool(opponents), other_team(self.team)
+        return pool, tuple(own_copy(as_policy(each, others, self.env.config)) for each in pool.opponents)
 
     @property
     def _config(self) -> EnvConfig:
@@ -124,13 +135,14 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     def reset(
         self, seed: int | None = None, options: Options | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
-        """Start an episode; the opponent's seed is sampled after the start positions."""
+        """Start an episode; the opponent, if there are several, and its seed are sampled after the start positions."""
         with self._all_or_nothing():
             self._observations, self._infos = self.env.reset(seed, options)
-            self._opponent.reset(draw_seed(self.env.np_random))
+            self._member = self._pool.sample(self.env.np_random)
+            self._policies[self._member].reset(draw_seed(self.env.np_random))
             if self._in_turns and self.team == "predators":
                 self._observations, _, _, _, self._infos = self.env.step(self._opponents_choose())
-        return self._own(self._observations), self._own(self._infos)
+        return self._own(self._observations), self._own_infos(self._infos)
 
     def step(self, actions: dict[str, int]) -> Step:
         """Play one time step: the team's actions and the opponent's.
@@ -179,24 +191,31 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:
         """Leave the world as it was if the opponent fails."""
-        saved, observations, infos = self.env._saved(), self._observations, self._infos
+        saved, observations, infos, member = self.env._saved(), self._observations, self._infos, self._member
         try:
             yield
         except BaseException:  # including KeyboardInterrupt
             self.env._restore(saved)
-            self._observations, self._infos = observations, infos
+            self._observations, self._infos, self._member = observations, infos, member
             raise
 
     def _opponents_choose(self) -> dict[str, int]:
         """Return the other team's actions for its last observations."""
         others = [agent for agent in self.env.agents if agent not in self.observation_spaces]
         views = {agent: self._observations[agent].copy() for agent in others}
-        return ask(self._opponent, views, self._n_opponent_actions)
+        return ask(self._policies[self._member], views, self._n_opponent_actions)
 
     def _own_part(self, step: Step) -> Step:
         observations, rewards, terminations, truncations, infos = step
         own = self._own
-        return own(observations), own(rewards), own(terminations), own(truncations), own(infos)
+        return own(observations), own(rewards), own(terminations), own(truncations), self._own_infos(infos)
+
+    def _own_infos(self, infos: dict[str, Info]) -> dict[str, Info]:
+        """Return the team's infos, with the index of the opponent if there are several."""
+        own: dict[str, Info] = self._own(infos)
+        return (
+            own if len(self._pool) == 1 else {agent: info | {"opponent": self._member} for agent, info in own.items()}
+        )
 
     def _own(self, by_agent: dict[str, Any]) -> dict[str, Any]:
         return {agent: value for agent, value in by_agent.items() if agent in self.observation_spaces}

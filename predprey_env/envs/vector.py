@@ -23,16 +23,19 @@ from predprey_env.envs.worlds import (
     count,
     forget,
     judge,
+    let_member_choose,
     look,
     make_counts,
     make_results,
+    move_chosen,
     move_opponents,
     move_team,
-    move_told,
+    tell,
 )
 from predprey_env.jit.lanes import LANES
-from predprey_env.policies.opponents import Opponent, draw_seed
-from predprey_env.policies.outside import seat
+from predprey_env.policies.opponents import draw_seed
+from predprey_env.policies.outside import Seat, seat
+from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
 from predprey_env.settings import spell_out
 
 Infos = dict[str, Any]
@@ -42,7 +45,7 @@ Infos = dict[str, Any]
 def vector_env(
     n_worlds: int,
     team: TeamName,
-    opponent: Opponent,
+    opponent: Opponents,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     **parameters: Unpack[EnvParameters],
 ) -> PredPreyVectorEnv:
@@ -54,7 +57,7 @@ def vector_env(
         opponent: Policy of the other team, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in
             compiled code. A policy with ``act_batch`` is asked about all worlds in one call, and reset when all worlds
             start at once. Of any other policy each world has its own copy, asked one by one. A function is called for
-            each world.
+            each world. Of a list, or a :class:`predprey_env.OpponentPool`, each world samples one in each episode.
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """
@@ -69,7 +72,8 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     code: spaces are a plain ``Box`` and a plain ``Discrete``. With one row for each world, the joint action would be a
     ``MultiDiscrete``, which many algorithms do not support. All rows of a world end together.
 
-    Infos are arrays with a number for each row: ``captured`` (of the agent itself), ``n_captured`` and ``steps``. With
+    Infos are arrays with a number for each row: ``captured`` (of the agent itself), ``n_captured`` and ``steps``, and
+    with several opponents ``opponent``, the index of the one that plays in the row's world. With
     ``AutoresetMode.SAME_STEP``, ``final_obs`` holds each row's observation before any reset, from which to bootstrap
     values where ``truncated`` is set, and ``final_info`` holds the infos from before any reset.
     """
@@ -82,13 +86,16 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     action_space: MultiDiscrete = read_only("action_space")
     render_mode: str | None = read_only("render_mode", "a vector environment shows nothing")
     _render_mode = None
+    _pool: OpponentPool
+    _seats: list[Seat]
+    """The members of the pool."""
 
     def __init__(
         self,
         config: EnvConfig,
         n_worlds: int,
         team: TeamName,
-        opponent: Opponent,
+        opponent: Opponents,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     ) -> None:
         self._make_worlds(config, n_worlds, autoreset_mode)
@@ -102,25 +109,29 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
 
         self._in_turns = config.move_order == "prey_first"
         self._rows, self._other_rows = team_rows(config, team), team_rows(config, others)
-        self._opponent, self._outside, self._player = seat(opponent, others, config, self.n_worlds)
+        self._seat(opponent)
         self._all_rows = np.ones(self.num_envs, np.bool_)  # Gymnasium's mask of each info: all rows have it
         self._all_rows.flags.writeable = False
 
-    def set_opponent(self, opponent: Opponent) -> None:
-        """Replace the opponent in all worlds from the next step on; the new opponent is reset first.
+    def set_opponent(self, opponent: Opponents) -> None:
+        """Replace the opponent, or the pool, in all worlds from the next step on; the new opponents are reset first.
 
-        The old opponent stays if the new one cannot play or its ``reset`` raises.
+        The old opponents stay if a new one cannot play or its ``reset`` raises.
         """
-        old = self._opponent, self._outside, self._player
-        new = seat(opponent, other_team(self.team), self.config, self.n_worlds)
-        self._opponent, self._outside, self._player = new
+        old = self._pool, self._seats, self._policies
+        self._seat(opponent)
         try:
             with self._all_or_nothing():
                 if self._over is not None:
                     self._wake()
         except BaseException:
-            self._opponent, self._outside, self._player = old
+            self._pool, self._seats, self._policies = old
             raise
+
+    def _seat(self, opponents: Opponents) -> None:
+        pool, others = as_pool(opponents), other_team(self.team)
+        self._seats = [seat(each, others, self.config, self.n_worlds) for each in pool.opponents]
+        self._pool, self._policies = pool, tuple(each.policy for each in self._seats)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
@@ -166,7 +177,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:
         """Leave all worlds as they were if an opponent outside compiled code fails."""
-        if self._outside is None:
+        if not any(seat.outside for seat in self._seats):
             yield
             return
         changing, over, random = [*self._worlds.arrays(), self._scores], self._over, self._random[:]
@@ -183,27 +194,53 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
             raise
 
     def _wake(self) -> None:
-        """Reset a new opponent that takes over during episodes."""
-        seeds = np.array([draw_seed(generator) for generator in self.np_random], np.int64)
+        """Reset new opponents that take over during episodes."""
+        every = np.arange(self.n_worlds)
+        members, seeds = self._draw_opponents(every)
+        self._set_members(every, members)
         forget(self._worlds, seeds)
-        if self._outside:
-            self._outside.reset(np.arange(self.n_worlds), seeds)
+        self._reset_outside(every, members, seeds)
+
+    def _draw_opponents(self, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sample the opponent of each world, and then its seed, from the world's own generator."""
+        drawn = [(self._pool.sample(generator), draw_seed(generator)) for generator in self._generators(which)]
+        members, seeds = np.array(drawn, np.int64).reshape(-1, 2).T
+        return members, seeds
+
+    def _set_members(self, which: np.ndarray, members: np.ndarray) -> None:
+        self._worlds.member[which // LANES, 0, which % LANES] = members
+
+    def _members(self) -> np.ndarray:
+        """Return the index of each world's opponent in the pool."""
+        return self._worlds.member[:, 0].ravel()[: self.n_worlds]
+
+    def _reset_outside(self, which: np.ndarray, members: np.ndarray, seeds: np.ndarray) -> None:
+        for number, (_, outside, _) in enumerate(self._seats):
+            if outside:
+                mine = np.ones(len(which), np.bool_) if outside.at_once else members == number
+                outside.reset(which[mine], seeds[mine])
 
     def _opponents_move(self) -> None:
-        if self._outside:
-            look(self._worlds, self._other_rows, self._rules, self._scratch, self._outside.views)
-            playing = self._worlds.over[:, 0].ravel()[: self.n_worlds] == 0
-            move_told(self._worlds, self._other_rows, self._rules, self._outside.act(playing))
-        else:
-            move_opponents(self._worlds, self._other_rows, self._player, self._rules, self._scratch)
+        if len(self._seats) == 1 and not self._seats[0].outside:
+            move_opponents(self._worlds, self._other_rows, self._seats[0].player, self._rules, self._scratch)
+            return
+        playing, members = self._worlds.over[:, 0].ravel()[: self.n_worlds] == 0, self._members()
+        for number, (_, outside, player) in enumerate(self._seats):
+            mine = playing & (members == number)
+            if outside and mine.any():
+                look(self._worlds, self._other_rows, self._rules, self._scratch, outside.views)
+                tell(self._worlds, self._other_rows, mine, outside.act(mine))
+            elif mine.any():
+                let_member_choose(self._worlds, self._other_rows, player, number, self._rules, self._scratch)
+        move_chosen(self._worlds, self._other_rows, self._rules)
 
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
         """Start some worlds, each from its own generator unless starts are given."""
         starts = self._draw_starts(which, given)
-        seeds = np.array([draw_seed(generator) for generator in self._generators(which)], np.int64)
+        members, seeds = self._draw_opponents(which)
+        self._set_members(which, members)
         self._place(which, starts, seeds)
-        if self._outside:
-            self._outside.reset(which, seeds)
+        self._reset_outside(which, members, seeds)
         if self._in_turns and self.team == "predators":
             self._play_first_turn(which)
         self._score(which)
@@ -228,4 +265,6 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         counts = make_counts(self.n_worlds, self._rows)
         count(self._worlds, self._rows, self._rules, counts)
         infos: Infos = {name: array.ravel() for name, array in counts._asdict().items()}
-        return infos | {f"_{name}": self._all_rows for name in counts._fields}
+        if len(self._seats) > 1:
+            infos["opponent"] = np.repeat(self._members().astype(np.int64), self._rows.n_agents)
+        return infos | {f"_{name}": self._all_rows for name in infos}

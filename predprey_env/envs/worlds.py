@@ -39,11 +39,13 @@ class Worlds(NamedTuple):
     over: Array
     """1 where the episode is over, else 0; there the opponents no longer choose, and stay where they are: int32
     ``(n_blocks, 1, LANES)``."""
+    member: Array
+    """Index of the opponent that plays, in the pool of opponents: int32 ``(n_blocks, 1, LANES)``."""
 
     def arrays(self) -> list[np.ndarray]:
         """Return all arrays of the state."""
         world, *rows = self.blocks
-        return [*world, *rows, self.over]
+        return [*world, *rows, self.over, self.member]
 
 
 class Scratch(NamedTuple):
@@ -52,7 +54,9 @@ class Scratch(NamedTuple):
     seen: FloatRows
     """Observations of a team: float32 ``(rows, LANES)``."""
     memory: IntegerRows
-    """int32 ``(rows, LANES)``."""
+    """Memory of the players: int32 ``(rows, LANES)``."""
+    actions: IntegerRows
+    """Actions of all agents: int32 ``(n_agents, LANES)``."""
     one: World
     """A single world, for computing the fitness."""
 
@@ -82,12 +86,14 @@ class Counts(NamedTuple):
 def make_worlds(config: EnvConfig, n_worlds: int) -> Worlds:
     """Return the memory for ``n_worlds`` worlds; the unused lanes of the last block are computed but never read."""
     n_blocks = -(-n_worlds // LANES)
-    return Worlds(make_block(config.rules, n_blocks), lane_zeros(np.int32, n_blocks, 1))
+    over, member = (lane_zeros(np.int32, n_blocks, 1) for _ in range(2))
+    return Worlds(make_block(config.rules, n_blocks), over, member)
 
 
 def make_scratch(config: EnvConfig) -> Scratch:
     """Return scratch memory for the kernels."""
-    return Scratch(make_seen(config.rules), lane_zeros(np.int32, config.n_agents * MEMORY), make_world(config.rules))
+    memory, actions = (lane_zeros(np.int32, rows) for rows in (config.n_agents * MEMORY, config.n_agents))
+    return Scratch(make_seen(config.rules), memory, actions, make_world(config.rules))
 
 
 def make_results(n_worlds: int, team: TeamRows) -> Results:
@@ -126,17 +132,26 @@ def _turn_of(team: TeamRows) -> int:
 
 
 @rule
-def _choose(worlds: Worlds, at: int, opponents: TeamRows, player: Player, rules: Rules, scratch: Scratch) -> None:
-    """Let every opponent observe and choose; where the episode is over, it keeps its old memory and its cell."""
-    block, over = _block(worlds, at), load(worlds.over[at], 0) != 0
-    # A rule cannot skip single lanes: all lanes choose, then the memory of those that are over is restored.
-    first, last = opponents.first * MEMORY, (opponents.first + opponents.n_agents) * MEMORY
-    for row in range(first, last):
+def _choose(
+    worlds: Worlds, at: int, opponents: TeamRows, player: Player, member: int, rules: Rules, scratch: Scratch
+) -> None:
+    """Let the opponents observe and choose where this member of the pool plays and the episode goes on.
+
+    Elsewhere they keep their memory and their actions.
+    """
+    block = _block(worlds, at)
+    plays = (load(worlds.over[at], 0) == 0) & (load(worlds.member[at], 0) == member)
+    # A rule cannot skip single lanes: all lanes choose, then the others are restored.
+    first, last = opponents.first, opponents.first + opponents.n_agents
+    for row in range(first * MEMORY, last * MEMORY):
         store(scratch.memory, row, load(block.memory, row))
-    choose_actions(block, opponents.first, opponents.n_agents, player, rules, scratch.seen)
-    for row in range(first, last):
-        store(block.memory, row, where(over, load(scratch.memory, row), load(block.memory, row)))
-    _stay(worlds, at, opponents)
+    for agent in range(first, last):
+        store(scratch.actions, agent, load(block.actions, agent))
+    choose_actions(block, first, opponents.n_agents, player, rules, scratch.seen)
+    for row in range(first * MEMORY, last * MEMORY):
+        store(block.memory, row, where(plays, load(block.memory, row), load(scratch.memory, row)))
+    for agent in range(first, last):
+        store(block.actions, agent, where(plays, load(block.actions, agent), load(scratch.actions, agent)))
 
 
 @rule
@@ -188,23 +203,56 @@ def move_team(worlds: Worlds, team: TeamRows, rules: Rules, actions: Array) -> N
             _play(worlds, at, _turn_of(team), rules)
 
 
+@rule
+def _move(worlds: Worlds, at: int, opponents: TeamRows, rules: Rules) -> None:
+    """Play the opponents' actions: together with the team's, or in a turn of their own."""
+    _stay(worlds, at, opponents)
+    _play(worlds, at, _turn_of(opponents) if rules.prey_first else EVERYBODY, rules)
+
+
 @entry_point
 def move_opponents(worlds: Worlds, opponents: TeamRows, player: Player, rules: Rules, scratch: Scratch) -> None:
-    """Let compiled opponents choose, and play their actions: together with the team's, or in a turn of their own."""
-    turn = _turn_of(opponents) if rules.prey_first else EVERYBODY
+    """Let compiled opponents choose, and play their actions; the pool has no other member."""
     for at in range(len(worlds.over)):
-        _choose(worlds, at, opponents, player, rules, scratch)
-        _play(worlds, at, turn, rules)
+        _choose(worlds, at, opponents, player, 0, rules, scratch)
+        _move(worlds, at, opponents, rules)
+
+
+@entry_point
+def let_member_choose(
+    worlds: Worlds, opponents: TeamRows, player: Player, member: int, rules: Rules, scratch: Scratch
+) -> None:
+    """Let a compiled member of the pool choose in its worlds."""
+    for at in range(len(worlds.over)):
+        _choose(worlds, at, opponents, player, member, rules, scratch)
+
+
+@entry_point
+def tell(worlds: Worlds, opponents: TeamRows, told: Array, actions: Array) -> None:
+    """Write the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``, where ``told`` is True.
+
+    ``told`` is bool ``(n_worlds,)``.
+    """
+    for world in range(len(told)):
+        if told[world]:
+            for agent in range(opponents.n_agents):
+                row = opponents.first + agent
+                worlds.blocks.actions[world // LANES, row, world % LANES] = actions[world, agent]
+
+
+@entry_point
+def move_chosen(worlds: Worlds, opponents: TeamRows, rules: Rules) -> None:
+    """Play the actions that all members of the pool have chosen."""
+    for at in range(len(worlds.over)):
+        _move(worlds, at, opponents, rules)
 
 
 @entry_point
 def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, actions: Array) -> None:
-    """Play the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``, as :func:`move_opponents`."""
-    turn = _turn_of(opponents) if rules.prey_first else EVERYBODY
+    """Play the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``."""
     for at in range(len(worlds.over)):
         _write(worlds, at, opponents, actions)
-        _stay(worlds, at, opponents)
-        _play(worlds, at, turn, rules)
+        _move(worlds, at, opponents, rules)
 
 
 @entry_point

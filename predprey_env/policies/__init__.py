@@ -1,12 +1,14 @@
 """Policies that play a team: the policy protocol, and scripted teams to evolve, train and compare against."""
 
 from predprey_env.policies.names import SCRIPTS, PredatorScript, PreyScript
+from predprey_env.policies.pool import OpponentPool
 from predprey_env.policies.protocol import Policy, choose, sees_team
 from predprey_env.policies.scripted import ScriptedTeam
 from predprey_env.policies.sight import nearest, towards
 
 __all__ = [
     "SCRIPTS",
+    "OpponentPool",
     "Policy",
     "PredatorScript",
     "PreyScript",

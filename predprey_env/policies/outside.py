@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -13,18 +13,21 @@ from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_o
 from predprey_env.policies.protocol import Player, Policy
 
 
-def seat(
-    opponent: Opponent, team: TeamName, config: EnvConfig, n_worlds: int
-) -> tuple[Policy, OutsideTeam | None, Player | None]:
-    """Return an opponent's policy, the :class:`OutsideTeam` that asks it in Python, and its player in compiled code.
+class Seat(NamedTuple):
+    """An opponent in many worlds. One of ``outside`` and ``player`` is None."""
 
-    One of the two is None: a policy without a player is asked in Python.
-    """
+    policy: Policy
+    outside: OutsideTeam | None
+    """What asks the policy in Python."""
+    player: Player | None
+    """The policy in compiled code."""
+
+
+def seat(opponent: Opponent, team: TeamName, config: EnvConfig, n_worlds: int) -> Seat:
+    """Return an opponent in many worlds: in compiled code if its policy has a player, else asked in Python."""
     policy = as_policy(opponent, team, config)
     player = compiled_player(policy, team, config, LANES)
-    if player is not None:
-        return policy, None, player
-    return policy, OutsideTeam(policy, config, team, n_worlds), None
+    return Seat(policy, OutsideTeam(policy, config, team, n_worlds) if player is None else None, player)
 
 
 class OutsideTeam:
@@ -44,8 +47,9 @@ class OutsideTeam:
         self._whose = whose
         self._shape = config.team(team)
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
-        self._at_once = asked_at_once(policy)
-        self._policies = [policy] if self._at_once else [own_copy(policy, whose) for _ in range(n_worlds)]
+        self.at_once = asked_at_once(policy)
+        """True if the policy is asked about all worlds in one call."""
+        self._policies = [policy] if self.at_once else [own_copy(policy, whose) for _ in range(n_worlds)]
         self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
         """Observations of the team, float32 ``(n_worlds, n_agents, n_seen)``. The caller writes them before
         :meth:`act`."""
@@ -55,7 +59,7 @@ class OutsideTeam:
 
         A policy with ``act_batch`` is reset only when all worlds start together, with the first seed.
         """
-        if self._at_once:
+        if self.at_once:
             if len(which) == len(self.views):
                 self._policies[0].reset(int(seeds[0]))
             return
@@ -73,7 +77,7 @@ class OutsideTeam:
             RuntimeError: The policy raised an exception.
             ValueError: The policy did not return an action for each agent.
         """
-        return self._ask_all() if self._at_once else self._ask_each(playing)
+        return self._ask_all() if self.at_once else self._ask_each(playing)
 
     def _ask_each(self, playing: np.ndarray) -> np.ndarray:
         actions = np.zeros((len(self._policies), len(self._agents)), np.int32)

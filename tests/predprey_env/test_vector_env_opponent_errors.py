@@ -114,8 +114,7 @@ def test_a_mistake_in_the_first_turn_of_an_episode_does_no_harm_either(
     if mode is NEXT_STEP:  # both are over after this
         for each in (env, twin):
             each.step(last)
-    # All at once they are asked for the old episode too.
-    mood.update(answer=fail, patience=1 if kind is MoodyBatch else 0)
+    mood.update(answer=fail, patience=0)
     with pytest.raises(RuntimeError, match=r"^the opponent's \w+\(\) raised OSError: the line is down$"):
         env.step(last)
     mood["patience"] = 10**9

@@ -240,7 +240,7 @@ def test_a_batch_of_any_integers_is_read(singles: Singles, kind: Callable[[Any],
 # -- who is refused -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("opponent", [None, 3, ["random"]])
+@pytest.mark.parametrize("opponent", [None, 3, {"random"}, ["random", 3], [["random"]]])
 def test_what_is_no_opponent_is_refused(opponent: Any) -> None:
     with pytest.raises(ValueError, match=r"^opponent must be the name of a script, a policy .*, got [^\n]*$"):
         PredPreyVectorEnv(SMALL, 2, "prey", opponent)
