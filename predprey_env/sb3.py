@@ -15,7 +15,7 @@ from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.policies.pool import Opponents
 from predprey_env.policies.protocol import Policy
-from predprey_env.settings import brief
+from predprey_env.settings import brief, whole_number
 
 Indices: TypeAlias = int | Iterable[int] | None
 """Rows of a ``VecEnv``; None for all."""
@@ -27,12 +27,17 @@ class SB3VecEnv(VecEnv):
     It sets the environment's ``autoreset_mode`` to ``AutoresetMode.SAME_STEP``, because Stable-Baselines3 expects a
     world to start again in the step in which it ends. Raises :class:`ValueError` if the environment was reset before in
     another mode, or if it is in a Gymnasium wrapper and has another mode, which the wrapper may have read.
+
+    Args:
+        env: The vector environment.
+        pictured_worlds: Number of worlds that videos show, where the environment has ``render_mode="rgb_array"``.
     """
 
     opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
     """Policy that plays the other team, or all policies of a pool."""
 
-    def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray]) -> None:
+    def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray], pictured_worlds: int = 1) -> None:
+        self._pictured_worlds = whole_number("pictured_worlds", pictured_worlds, 1)
         worlds = getattr(env, "unwrapped", None)
         if not isinstance(worlds, PredPreyVectorEnv):
             raise ValueError(f"env must be a vector environment: call vector_env(...), got {type(env).__name__}")
@@ -40,7 +45,7 @@ class SB3VecEnv(VecEnv):
             worlds.autoreset_mode = AutoresetMode.SAME_STEP
         self.env, self._worlds = env, worlds
         self._check_mode()
-        self.render_mode = None
+        self.render_mode = worlds.render_mode
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def set_opponent(self, opponent: Opponents) -> None:
@@ -121,8 +126,12 @@ class SB3VecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """Return None for each row: the environment draws no images."""
-        return [None] * self.num_envs
+        """Return pictures of the first ``pictured_worlds`` worlds, see :meth:`PredPreyVectorEnv.render`."""
+        pictures = self._worlds.render()
+        if pictures is None:
+            return [None] * self.num_envs
+        n_agents = self.num_envs // self._worlds.n_worlds
+        return pictures[: self._pictured_worlds * n_agents : n_agents]
 
     def _check_mode(self) -> None:
         mode = self._worlds.autoreset_mode

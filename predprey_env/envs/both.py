@@ -16,6 +16,7 @@ from predprey_env.engine import TeamRows, team_rows
 from predprey_env.envs.fixed import read_only
 from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.options import Options
+from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.envs.worlds import count, judge, look, make_counts, make_results, move_team, move_told
 from predprey_env.settings import spell_out
@@ -29,6 +30,9 @@ Infos: TypeAlias = dict[str, dict[str, np.ndarray]]
 def parallel_vector_env(
     n_worlds: int,
     autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+    *,
+    render_mode: str | None = None,
+    follow: int | None = None,
     **parameters: Unpack[EnvParameters],
 ) -> ParallelVectorEnv:
     """Return ``n_worlds`` worlds in which both teams are played from outside, stepped together in compiled code.
@@ -37,10 +41,13 @@ def parallel_vector_env(
         n_worlds: Number of worlds.
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`. The
             default is what AgileRL's vector environments do: a world starts again in the step in which it ends.
+        render_mode: ``"rgb_array"`` to let ``render()`` return pictures; needs the extra ``render``.
+        follow: Cells across pictures that follow the chase; by default pictures show the whole world.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``), and all
             agents must move at once (``"simultaneous"``).
     """
-    return ParallelVectorEnv(EnvConfig(**parameters), n_worlds, autoreset_mode)
+    pictured = Pictured(render_mode, follow)
+    return ParallelVectorEnv(EnvConfig(**parameters), n_worlds, autoreset_mode, pictured)
 
 
 class ParallelVectorEnv(ManyWorlds):
@@ -63,17 +70,19 @@ class ParallelVectorEnv(ManyWorlds):
     observation_spaces: dict[str, Box] = read_only("observation_spaces")
     action_spaces: dict[str, Discrete] = read_only("action_spaces")
     state_space: Box = read_only("state_space")
-    render_mode: str | None = read_only("render_mode", "a vector environment shows nothing")
-    _render_mode = None
 
     def __init__(
-        self, config: EnvConfig, n_worlds: int, autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP
+        self,
+        config: EnvConfig,
+        n_worlds: int,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        pictured: Pictured = NO_PICTURES,
     ) -> None:
         if config.move_order != "simultaneous":
             raise ValueError(
                 f"with both teams in one vector env move_order must be 'simultaneous', got {config.move_order!r}"
             )
-        self._make_worlds(config, n_worlds, autoreset_mode)
+        self._make_worlds(config, n_worlds, autoreset_mode, pictured)
         self._metadata["name"] = "predprey_parallel_vector_v0"
         self._names = {team: [f"{PREFIXES[team]}{i}" for i in range(config.team(team).n_agents)] for team in TEAMS}
         self._possible_agents = [agent for team in TEAMS for agent in self._names[team]]

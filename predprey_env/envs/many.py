@@ -13,6 +13,7 @@ from predprey_env.config import EnvConfig
 from predprey_env.envs.fixed import Timed, read_only
 from predprey_env.envs.inputs import read_mask, read_mode, read_seeds
 from predprey_env.envs.options import Options, read_options
+from predprey_env.envs.pictures import RENDER_FPS, RENDER_MODES, Painters, Pictured, Pictures
 from predprey_env.envs.worlds import Scratch, Worlds, make_scratch, make_worlds, place, score
 from predprey_env.rules.starts import draw_each, given_starts
 from predprey_env.settings import brief, whole_number
@@ -22,8 +23,12 @@ class ManyWorlds(Timed):
     """Worlds of one config, each with a random generator of its own."""
 
     n_worlds: int = read_only("n_worlds")
+    num_envs: int
     metadata: dict[str, Any] = read_only("metadata")
+    render_mode: str | None = read_only("render_mode", "make another environment with render_mode=...")
+    """None, or ``"rgb_array"``: see :meth:`render`."""
 
+    _metadata: dict[str, Any]
     _worlds: Worlds
     _scratch: Scratch
     _scores: np.ndarray
@@ -31,12 +36,15 @@ class ManyWorlds(Timed):
     _over: np.ndarray | None
     """Worlds that are over, bool ``(n_worlds,)``; None before the first reset."""
 
-    def _make_worlds(self, config: EnvConfig, n_worlds: int, autoreset_mode: AutoresetMode | str) -> None:
+    def _make_worlds(
+        self, config: EnvConfig, n_worlds: int, autoreset_mode: AutoresetMode | str, pictured: Pictured
+    ) -> None:
         if config.captured_prey != "inert":
             raise ValueError(f"in a vector env captured_prey must be 'inert', got {config.captured_prey!r}")
         self._config, self._rules = config, config.rules
         self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
-        self._metadata: dict[str, Any] = {"name": "predprey_vector_v0", "render_modes": []}
+        self._render_mode, self._painters = pictured.mode, Painters(config, pictured)
+        self._metadata = {"name": "predprey_vector_v0", "render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}
         self._autoreset_mode = self._metadata["autoreset_mode"] = read_mode(autoreset_mode)
         self._worlds, self._scratch = make_worlds(config, n_worlds), make_scratch(config)
         self._scores = np.zeros((n_worlds, config.n_agents))
@@ -56,6 +64,19 @@ class ManyWorlds(Timed):
                 f"autoreset_mode cannot change after the first reset(): make the environment with {mode.value!r}"
             )
         self._autoreset_mode = self.metadata["autoreset_mode"] = mode
+
+    def render(self) -> Pictures | None:
+        """Return a sequence with a picture for each row, of the row's world: uint8 ``(height, width, 3)`` each.
+
+        A picture is drawn when it is taken from the sequence, so a few pictures of many worlds cost little. Take them
+        before the next step. A world that started again in the last step is shown at its new start. Returns None unless
+        ``render_mode`` is ``"rgb_array"``.
+        """
+        if self.render_mode is None:
+            return None
+        if self._over is None:
+            raise RuntimeError("reset() must be called before render()")
+        return Pictures(self._painters, self._worlds.blocks, self.num_envs, self.num_envs // self.n_worlds)
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:

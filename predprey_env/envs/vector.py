@@ -18,6 +18,7 @@ from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.inputs import read_actions
 from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.options import Options
+from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.spaces import action_space, observation_space
 from predprey_env.envs.worlds import (
     count,
@@ -47,6 +48,9 @@ def vector_env(
     team: TeamName,
     opponent: Opponents,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    *,
+    render_mode: str | None = None,
+    follow: int | None = None,
     **parameters: Unpack[EnvParameters],
 ) -> PredPreyVectorEnv:
     """Return ``n_worlds`` worlds in which one team is played from outside, stepped together in compiled code.
@@ -59,9 +63,12 @@ def vector_env(
             start at once. Of any other policy each world has its own copy, asked one by one. A function is called for
             each world. Of a list, or a :class:`predprey_env.OpponentPool`, each world samples one in each episode.
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
+        render_mode: ``"rgb_array"`` to let ``render()`` return pictures; needs the extra ``render``.
+        follow: Cells across pictures that follow the chase; by default pictures show the whole world.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """
-    return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode)
+    pictured = Pictured(render_mode, follow)
+    return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode, pictured)
 
 
 class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):  # type: ignore[misc] # np_random is read-only
@@ -84,8 +91,6 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     single_action_space: Discrete = read_only("single_action_space")
     observation_space: Box = read_only("observation_space")
     action_space: MultiDiscrete = read_only("action_space")
-    render_mode: str | None = read_only("render_mode", "a vector environment shows nothing")
-    _render_mode = None
     _pool: OpponentPool
     _seats: list[Seat]
     """The members of the pool."""
@@ -97,8 +102,9 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         team: TeamName,
         opponent: Opponents,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        pictured: Pictured = NO_PICTURES,
     ) -> None:
-        self._make_worlds(config, n_worlds, autoreset_mode)
+        self._make_worlds(config, n_worlds, autoreset_mode, pictured)
         shape, others = config.team(team), other_team(team)
         self._team = team
         self._num_envs = self.n_worlds * shape.n_agents

@@ -110,7 +110,9 @@ def test_the_render_mode_can_be_set() -> None:
         with pytest.raises(ValueError, match=r"^render_mode must be None or one of human, ansi, rgb_array, got 'rgb'$"):
             each.render_mode = "rgb"
         assert each.render_mode == "ansi"
-    with pytest.raises(AttributeError, match=r"^render_mode is read-only; a vector environment shows nothing$"):
+    with pytest.raises(
+        AttributeError, match=r"^render_mode is read-only; make another environment with render_mode=\.\.\.$"
+    ):
         FACES["vector_env"]().render_mode = "ansi"
 
 

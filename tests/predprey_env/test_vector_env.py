@@ -56,7 +56,8 @@ def test_rows_are_agents_with_plain_spaces(team: TeamName, seen: Box, done: Disc
     assert env.action_space == MultiDiscrete([done.n] * rows)
     assert env.metadata == {
         "name": "predprey_vector_v0",
-        "render_modes": [],
+        "render_modes": ["rgb_array"],
+        "render_fps": 15,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
