@@ -8,13 +8,16 @@ Numbers in JavaScript are 64-bit floats, so each result of arithmetic is rounded
 quotient of 32-bit floats, this second rounding gives the same result as a single one (Figueroa, When is double rounding
 innocuous?, 1995). Rounding does not change integers below 2**24. Only random choices need larger integers
 (:mod:`~predprey_env.policies.chance`). Their products are taken modulo 2**32, which is enough because only their low 31
-bits are used.
+bits are used. Detectors of behaviours (:mod:`esp_trainer.analysis.behaviours`) compute with integers below 2**53 and
+with 64-bit floats, which are JavaScript's own numbers, so nothing in them is rounded.
 """
 
 from __future__ import annotations
 
 import ast
+import builtins
 import inspect
+import math
 import textwrap
 from collections.abc import Callable
 from typing import Any
@@ -48,16 +51,20 @@ _SIGNS: dict[type[ast.AST], str] = {
     ast.Not: "!",
     ast.USub: "-",
 }
+_FUNCTIONS: dict[Any, str] = {abs: "Math.abs", min: "Math.min", max: "Math.max", math.sqrt: "Math.sqrt"}
+"""Functions of Python that exact rules may call."""
+
 _ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)  # operations whose results are rounded to 32 bits
 
 
-def translate(*rules: Callable[..., Any], player: type | None = None) -> str:
+def translate(*rules: Callable[..., Any], player: type | None = None, exact: str | None = None) -> str:
     """Translate rules, and all rules that they call, to JavaScript functions of the same names.
 
     Args:
         rules: Rules to translate.
         player: Class of all players. A call of a generic function of the player, such as ``choose``, becomes a call of
             the rule for this class.
+        exact: Package whose rules compute with JavaScript's own numbers, integers and 64-bit floats.
 
     Raises:
         ValueError: A rule is outside the subset of Python that rules are written in, or two rules have the same name.
@@ -73,7 +80,7 @@ def translate(*rules: Callable[..., Any], player: type | None = None) -> str:
                 raise ValueError(f"two rules are called {name}: in {found[name].__module__} and {function.__module__}")
             continue
         found[name] = function
-        translation = _Translation(function, player)
+        translation = _Translation(function, player, exact)
         texts.append(translation.text)
         pending += translation.called
     return "\n\n".join(texts) + "\n"
@@ -87,11 +94,12 @@ def _source_of(rule: Any) -> Callable[..., Any]:
 class _Translation:
     """The translation of a function: ``text`` is its JavaScript, ``called`` the rules that it calls."""
 
-    def __init__(self, function: Callable[..., Any], player: type | None) -> None:
+    def __init__(self, function: Callable[..., Any], player: type | None, exact: str | None) -> None:
         self.called: list[Callable[..., Any]] = []
         self._player = player
         self._known = function.__globals__
         self._of_integers = function.__module__ == chance.__name__
+        self._exact = exact is not None and f"{function.__module__}.".startswith(f"{exact}.")
         tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
         assert isinstance(tree, ast.FunctionDef)
         names = [argument.arg for argument in tree.args.args]
@@ -120,19 +128,32 @@ class _Translation:
                 return ["return;"]
             case ast.Return(value):
                 return [f"return {self._value(value)};"]  # type: ignore[arg-type]
+            case ast.If(test, body, orelse):
+                lines = [f"if ({self._value(test)}) {{", *self._block(body)]
+                return [*lines, *(["} else {", *self._block(orelse)] if orelse else []), "}"]
+            case ast.For(ast.Name(i), ast.Call(ast.Name("range"), bounds), body, []):
+                return [f"for ({self._range(i, bounds)}) {{", *self._block(body), "}"]
+            case ast.While(test, body, []):
+                return [f"while ({self._value(test)}) {{", *self._block(body), "}"]
+        return self._assignment(node)
+
+    def _assignment(self, node: ast.stmt) -> list[str]:
+        match node:
             case ast.Assign([target], value):
                 return [f"{self._target(target)} = {self._value(value)};"]
             case ast.AnnAssign(target, _, ast.expr() as value):
                 return [f"{self._target(target)} = {self._value(value)};"]
             case ast.AugAssign(target, operator, value):  # rules use this for counters only, so nothing is rounded
                 return [f"{self._target(target)} {_SIGNS[type(operator)]}= {self._plain(value)};"]
-            case ast.If(test, body, orelse):
-                lines = [f"if ({self._value(test)}) {{", *self._block(body)]
-                return [*lines, *(["} else {", *self._block(orelse)] if orelse else []), "}"]
-            case ast.For(ast.Name(i), ast.Call(ast.Name("range"), bounds), body, []):
-                first, last = ["0", *map(self._plain, bounds)][-2:]
-                return [f"for ({i} = {first}; {i} < {last}; {i}++) {{", *self._block(body), "}"]
         raise self._cannot(node)
+
+    def _range(self, name: str, bounds: list[ast.expr]) -> str:
+        """Return the head of a loop over integers, whose step is a positive constant."""
+        first, last = ["0", *map(self._plain, bounds[:2])][-2:]
+        step = self._constant(bounds[2]) if len(bounds) > 2 else "1"
+        if step is None or int(step) <= 0:
+            raise self._cannot(bounds[2])
+        return f"{name} = {first}; {name} < {last}; {name} += {step}"
 
     def _target(self, node: ast.expr) -> str:
         if isinstance(node, ast.Tuple):
@@ -184,7 +205,7 @@ class _Translation:
         if isinstance(node.op, ast.FloorDiv):
             return f"Math.floor({left} / {right})"
         plain = f"{left} {_SIGNS[type(node.op)]} {right}"
-        if not isinstance(node.op, _ROUNDED):
+        if self._exact or not isinstance(node.op, _ROUNDED):
             return f"({plain})"
         # Random choices need integers above 2**24, which rounding to 32-bit floats would change.
         if self._of_integers and not self._is_float(node.left):
@@ -213,8 +234,10 @@ class _Translation:
 
     def _global(self, name: str) -> str:
         """Return the JavaScript name of a global of the rule's module: another rule, or a function in ``GIVEN``."""
-        known = self._known.get(name)
+        known = self._known.get(name, getattr(builtins, name, None))
         known = getattr(known, "registry", {}).get(self._player, known)
+        if self._exact and inspect.isbuiltin(known) and known in _FUNCTIONS:
+            return _FUNCTIONS[known]
         if name in GIVEN and known is getattr(floats, name):
             return name
         if not hasattr(known, "py_func") and not inspect.isfunction(known):

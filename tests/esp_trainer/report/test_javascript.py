@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,17 @@ def everything(world: Any, at: int, n: int = 3) -> Any:
     return one, other
 
 
+@rule
+def exactly(a: Any, n: int) -> Any:
+    """Arithmetic that is not rounded."""
+    low, led = min(abs(a[0]), max(a[1], n)), 0
+    for k in range(8, n + 1, 4):
+        led += k > 9 and (low < k or not FLAG)
+    while led > 0 and low * led > n / 3:
+        led -= 1
+    return 0.8 * sqrt(low + led) - n // 2
+
+
 def test_a_rule_keeps_its_name_and_its_summary() -> None:
     text = translate(halve)
     assert f"// {__name__}: The half of a number, or nearly.\nfunction halve(a) {{\n" in text
@@ -59,8 +71,8 @@ def test_all_that_rules_are_made_of() -> None:
         "function everything(world, at, n = 3) {",
         "let i, k, one, other, total;",
         "total = 0;",
-        "for (i = 0; i < n; i++) {",
-        "for (k = 1; k < (at + 1); k++) {",
+        "for (i = 0; i < n; i += 1) {",
+        "for (k = 1; k < (at + 1); k += 1) {",
         "total += k;",
         "}",
         "if (((i === 2) && false)) {",
@@ -80,6 +92,37 @@ def test_all_that_rules_are_made_of() -> None:
     ]
 
 
+def test_exact_rules_compute_with_the_numbers_of_javascript() -> None:
+    lines = [line.strip() for line in translate(exactly, exact=__name__).splitlines()]
+    assert lines[1:] == [
+        "function exactly(a, n) {",
+        "let k, led, low;",
+        "[low, led] = [Math.min(Math.abs(a[0]), Math.max(a[1], n)), 0];",
+        "for (k = 8; k < (n + 1); k += 4) {",
+        "led += ((k > 9) && ((low < k) || false));",
+        "}",
+        "while (((led > 0) && ((low * led) > (n / 3)))) {",
+        "led -= 1;",
+        "}",
+        "return ((0.8 * Math.sqrt((low + led))) - Math.floor(n / 2));",
+        "}",
+    ]
+
+
+def test_only_the_rules_of_the_exact_package_are_exact() -> None:
+    text = translate(chance.next_state, halve, exact="esp_trainer.analysis")
+    assert "Math.imul" in text
+    assert "Math.fround" in text
+    assert translate(halve, exact=__name__[:-1]) == translate(halve), "a package is not a part of a name"
+
+
+@pytest.mark.parametrize("numbers", [([3, -4], 9), ([-30, 2], 40), ([7, 0], 8), ([10**9, 10**9], 10**8)])
+def test_exact_rules_give_in_javascript_what_they_give_in_python(numbers: Any, blank_tab: Any) -> None:
+    script = f"(given) => {{ {translate(exactly, exact=__name__)} return exactly(...given); }}"
+    given = np.array(numbers[0]), numbers[1]
+    assert blank_tab(script, list(numbers)) == exactly(*given) == exactly.py_func(*given)
+
+
 def test_products_of_large_integers_keep_their_low_bits() -> None:
     assert "((Math.imul(state, 1664525) + 1013904223) & 2147483647)" in translate(chance.next_state)
     assert "Math.floor(2147483648 / n)" in translate(chance.pick)
@@ -93,10 +136,20 @@ def test_each_rule_is_translated_once() -> None:
     assert {"function step", "function observe", "function vote", "function draw", "function surround"} <= set(names)
 
 
-def loops(a: Any) -> Any:
+def stops(a: Any) -> Any:
     while a > 0:
-        a = a - 1
+        break
     return a
+
+
+def counts_down(a: Any) -> Any:
+    for k in range(a, 0, -1):
+        a = k
+    return a
+
+
+def not_exact(a: Any) -> Any:
+    return abs(a)
 
 
 def keyword(a: Any) -> Any:
@@ -115,7 +168,7 @@ def chained(a: Any) -> Any:
     return 0 < a < 1
 
 
-@pytest.mark.parametrize("function", [loops, keyword, foreign, text, chained])
+@pytest.mark.parametrize("function", [stops, counts_down, not_exact, keyword, foreign, text, chained])
 def test_what_is_in_no_rule_is_refused(function: Any) -> None:
     with pytest.raises(ValueError, match=r"rules do not hold|is no rule"):
         translate(function)
