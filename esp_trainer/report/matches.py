@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ def world(env: EnvConfig) -> dict[str, Any]:
         "rules": env.rules._asdict(),
         "memory": MEMORY,
         "moves": MOVES,
-        "thresholds": asdict(Thresholds()),
+        "thresholds": Thresholds()._asdict(),
         "behaviours": {
             name: {"meaning": detector.meaning, "who": detector.who}
             for name, detector in BEHAVIOURS.items()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ from tqdm import tqdm
 
 from esp_trainer.analysis.behaviours.counts import BehaviourRate, count_behaviours
 from esp_trainer.analysis.behaviours.paths import Paths
-from esp_trainer.analysis.behaviours.surrounding import encirclement
+from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.replay import Episode, as_pictures, play
 from esp_trainer.exact.solution import Solution, by_parity, solve
@@ -53,12 +52,12 @@ def watch(size: int, n_episodes: int) -> Habits:
     paths = _paths(episodes)
     far, going = paths.distances[:, :-1, :, 0], np.arange(steps) < paths.lengths[:, None]
     idle = (np.diff(paths.predators, axis=1) == 0).all(axis=3)
-    loose = replace(Thresholds(), near=size, wait=0, approach=0)
+    loose = Thresholds(near=size, wait=0, approach=0)
     by_step = (
         idle.mean(axis=2),
         (far % 2 == 0).mean(axis=2),
         far.mean(axis=2),
-        encirclement(paths, loose)[:, :-1],
+        BEHAVIOURS["encirclement"].rule(paths, loose)[:, :-1],
         np.array([_exits(episode, solution) for episode in episodes]),
     )
     counts = going.sum(axis=0)

@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
-import numpy as np
+from math import cos, radians
 
-from esp_trainer.analysis.behaviours.paths import Paths
-from esp_trainer.analysis.behaviours.roles import blocks, in_the_way, running, towards
+from esp_trainer.analysis.behaviours.episode import (
+    Episode,
+    Vector,
+    approached,
+    cosine,
+    cross,
+    distance,
+    dot,
+    extent,
+    in_the_way,
+    is_free,
+    is_free_around,
+    led_towards,
+    nearest_distance,
+    offset,
+    reaches,
+    running,
+    way,
+)
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
-from esp_trainer.analysis.behaviours.windows import ago, ahead, cosine, cross, dot, extent, steps, total
+from predprey_env.jit import rule
+from predprey_env.rules.torus import manhattan
+
+_AWAY = cos(radians(70))
 
 
-def circling(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect a prey that has run round a small circle with a predator on its tail: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def circling(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect a prey that has run round a small circle with a predator on its tail.
 
     "sometimes goes around in a small circle with the closest predator following on its tail" (VI.B). For some
     number of steps from 8 to ``circle``, a multiple of 4, all of these hold:
@@ -20,21 +41,44 @@ def circling(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     * The prey ends at most 2 cells from where it began.
     * One predator was at most ``tail`` away all the time, and three quarters of its steps led towards the prey.
     """
-    moves = steps(paths.prey)
-    turns = cross(ago(moves, 1), moves)
-    close, on_it = paths.distances <= thresholds.tail, towards(paths)
-    found = np.zeros(paths.alive.shape, bool)
-    # From 8, not 4: the smallest circle has four steps, and once round it may be chance.
-    for length in range(8, thresholds.circle + 1, 4):
-        round_once = np.abs(total(turns, length)) >= 4
-        closed = np.abs(paths.prey - ago(paths.prey, length)).sum(axis=3) <= 2
-        tailed = (total(close, length + 1) > length) & (4 * total(on_it, length) >= 3 * length)
-        found |= round_once & closed & tailed.any(axis=2) & paths.reaches(back=length + 1)[:, :, None]
-    return np.asarray((found & paths.alive).any(axis=2))
+    for prey in range(episode.n_prey):
+        if is_free(episode, row, prey):
+            # From 8, not 4: the smallest circle has four steps, and once round it may be chance.
+            for length in range(8, x.circle + 1, 4):
+                if reaches(episode, row, length + 1, 0) and _goes_round(episode, row, prey, length):
+                    for predator in range(episode.n_predators):
+                        if _tails(episode, row, predator, prey, length, x.tail):
+                            return True
+    return False
 
 
-def baiting(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect a prey about to leave two predators that it let converge on it: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def _goes_round(episode: Episode, row: int, prey: int, length: int) -> bool:
+    """Return whether a prey went round once in so many steps, and ends where it began."""
+    agent = episode.n_predators + prey
+    moved = way(episode, row - length, row, agent)
+    if manhattan(moved[0], moved[1]) > 2:
+        return False
+    turns = 0
+    for each in range(row - length + 1, row + 1):
+        turns += cross(way(episode, each - 2, each - 1, agent), way(episode, each - 1, each, agent))
+    return abs(turns) >= 4
+
+
+@rule
+def _tails(episode: Episode, row: int, predator: int, prey: int, length: int, tail: int) -> bool:
+    """Return whether a predator was near a prey all the time, and mostly went towards it."""
+    led = 0
+    for each in range(row - length, row + 1):
+        if distance(episode, each, predator, prey) > tail:
+            return False
+        led += each > row - length and led_towards(episode, each, predator, prey)
+    return 4 * led >= 3 * length
+
+
+@rule
+def baiting(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect a prey about to leave two predators that it let converge on it.
 
     "intelligent baiting behavior by waiting for the two predators to converge towards it before moving away in a
     direction opposite to that of the predators" (VI.B). All of these hold:
@@ -45,49 +89,72 @@ def baiting(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     * In the next ``escape`` steps, the prey gets at least 0.8 times as far as it can, in a direction at least 70
       degrees off from where each of the two stood. It is free at the end.
     """
-    on = thresholds.escape
-    waits = (extent(paths.prey, thresholds.wait) <= thresholds.pause) & _free(paths, thresholds.wait, on)
-    way = ahead(paths.prey, on) - paths.prey
-    leaves = np.abs(way).sum(axis=3) >= 0.8 * on
-    nearer = ago(paths.distances, thresholds.wait) - paths.distances
-    converges = (nearer >= thresholds.approach) & (paths.distances <= thresholds.converged)
-    avoids = cosine(paths.offsets, way[:, :, None]) <= np.cos(np.radians(70))
-    baited = converges & avoids & (waits & leaves)[:, :, None]
-    found = np.zeros(waits.shape, bool)
-    for one in range(paths.n_predators):
-        for other in range(one):
-            apart = dot(paths.offsets[:, :, one], paths.offsets[:, :, other]) <= 0
-            found |= baited[:, :, one] & baited[:, :, other] & apart
-    return np.asarray(found.any(axis=2))
+    for prey in range(episode.n_prey):
+        if is_free_around(episode, row, prey, x.wait, x.escape):
+            leaving = way(episode, row, row + x.escape, episode.n_predators + prey)
+            far = manhattan(leaving[0], leaving[1]) >= 0.8 * x.escape
+            if far and extent(episode, row, episode.n_predators + prey, x.wait) <= x.pause:
+                for one in range(episode.n_predators):
+                    for other in range(one):
+                        apart = dot(offset(episode, row, one, prey), offset(episode, row, other, prey)) <= 0
+                        if (
+                            apart
+                            and _is_baited(episode, row, one, prey, x)
+                            and _is_baited(episode, row, other, prey, x)
+                        ):
+                            return True
+    return False
 
 
-def sidestepping(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect a prey that runs at a blocker and is about to pass it on the side: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def _is_baited(episode: Episode, row: int, predator: int, prey: int, x: Thresholds) -> bool:
+    """Return whether a predator converges on a prey that is about to go elsewhere."""
+    leaving = way(episode, row, row + x.escape, episode.n_predators + prey)
+    return (
+        distance(episode, row, predator, prey) <= x.converged
+        and approached(episode, row, predator, prey, x.wait) >= x.approach
+        and cosine(offset(episode, row, predator, prey), leaving) <= _AWAY
+    )
+
+
+@rule
+def sidestepping(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect a prey that runs at a blocker and is about to pass it on the side.
 
     "the prey learns to avoid the blocker by sidestepping as it crosses the blocker's path" (VI.B). All of these hold:
 
-    * The prey has run ``run`` steps straight towards a predator that blocks it (see :func:`.roles.blocks`) and is at
-      most ``converged`` ahead and at most one cell to the side.
+    * The prey has run ``run`` steps straight towards a predator that blocks it (see :func:`.roles.ends_block`) and is
+      at most ``converged`` ahead and at most one cell to the side.
     * Within ``escape`` steps the predator is behind the prey and at most ``near`` to the side, and the prey is free.
     * The prey's own steps account for it: it went on in the direction in which it ran, to at least one cell before
       where the predator stood, with a shift to the side.
     """
-    direction = running(paths, thresholds.run)[:, :, None]
-    forward = dot(paths.offsets, direction)
-    ready = in_the_way(paths, thresholds.run, thresholds.converged, 1) & blocks(paths, thresholds)
-    found = np.zeros(ready.shape, bool)
-    for on in range(2, thresholds.escape + 1):
-        way = (ahead(paths.prey, on) - paths.prey)[:, :, None]
-        past = dot(ahead(paths.offsets, on), direction) < 0
-        own = dot(way, direction) >= forward - 1
-        aside = cross(direction, way) != 0
-        beside = np.abs(cross(ahead(paths.offsets, on), direction)) <= thresholds.near
-        found |= ready & past & own & aside & beside & _free(paths, thresholds.run, on)[:, :, None]
-    return np.asarray(found.any(axis=(2, 3)))
+    for predator in range(episode.n_predators):
+        for prey in range(episode.n_prey):
+            blocked = episode.blocks[row, predator, prey]
+            if blocked and in_the_way(episode, row, predator, prey, x.run, x.converged, 1):
+                for on in range(2, x.escape + 1):
+                    if is_free_around(episode, row, prey, x.run, on) and _passes(episode, row, predator, prey, on, x):
+                        return True
+    return False
 
 
-def reversal(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect a prey that turns round between predators and gains distance: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def _passes(episode: Episode, row: int, predator: int, prey: int, on: int, x: Thresholds) -> bool:
+    """Return whether a running prey passes a predator within ``on`` steps, by its own steps."""
+    direction = running(episode, row, prey, x.run)
+    moved, after = way(episode, row, row + on, episode.n_predators + prey), offset(episode, row + on, predator, prey)
+    return (
+        dot(after, direction) < 0
+        and dot(moved, direction) >= dot(offset(episode, row, predator, prey), direction) - 1
+        and cross(direction, moved) != 0
+        and abs(cross(after, direction)) <= x.near
+    )
+
+
+@rule
+def reversal(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect a prey that turns round between predators and gains distance.
 
     "the prey learns to reverse its direction so that it avoids both the attackers and the blocker" (VI.B). All of these
     hold:
@@ -97,21 +164,35 @@ def reversal(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     * When it turns, one predator is ahead and another behind, both at most ``reach`` away.
     * ``escape`` steps later the prey is free, and its nearest predator is farther away than when it turned.
     """
-    direction = running(paths, thresholds.run)
-    turned = np.zeros(paths.alive.shape, bool)
+    for prey in range(episode.n_prey):
+        if (
+            is_free_around(episode, row, prey, x.run, x.escape)
+            and _turns_round(episode, row, prey, x.run)
+            and _is_between(episode, row, prey, running(episode, row, prey, x.run), x.reach)
+            and nearest_distance(episode, row + x.escape, prey) > nearest_distance(episode, row, prey)
+        ):
+            return True
+    return False
+
+
+@rule
+def _turns_round(episode: Episode, row: int, prey: int, run: int) -> bool:
+    """Return whether a prey has run up to a row, and then runs the opposite way."""
+    direction = running(episode, row, prey, run)
     for aside in range(3):
-        after = ahead(direction, thresholds.run + aside)
-        turned |= (dot(direction, after) < 0) & paths.reaches(on=thresholds.run + aside)[:, :, None]
-    forward = dot(paths.offsets, direction[:, :, None])
-    there = paths.distances <= thresholds.reach
-    between = (there & (forward > 0)).any(axis=2) & (there & (forward < 0)).any(axis=2)
-    nearest = paths.distances.min(axis=2)
-    gains = ahead(nearest, thresholds.escape) > nearest
-    return np.asarray((turned & between & gains & _free(paths, thresholds.run, thresholds.escape)).any(axis=2))
+        later = row + run + aside
+        if reaches(episode, row, 0, run + aside) and dot(direction, running(episode, later, prey, run)) < 0:
+            return True
+    return False
 
 
-def _free(paths: Paths, back: int, on: int) -> np.ndarray:
-    """Return at which rows a prey is free from ``back`` rows earlier to ``on`` rows later, bool
-    ``(n_episodes, n_rows, n_prey)``.
-    """
-    return np.asarray(ahead(paths.alive, on) & paths.reaches(back, on)[:, :, None])
+@rule
+def _is_between(episode: Episode, row: int, prey: int, direction: Vector, reach: int) -> bool:
+    """Return whether, along a direction, one predator is ahead of a prey and another behind it."""
+    ahead, behind = False, False
+    for predator in range(episode.n_predators):
+        if distance(episode, row, predator, prey) <= reach:
+            forward = dot(offset(episode, row, predator, prey), direction)
+            ahead = ahead or forward > 0
+            behind = behind or forward < 0
+    return ahead and behind

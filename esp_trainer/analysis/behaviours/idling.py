@@ -6,7 +6,6 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
-from esp_trainer.analysis.behaviours.windows import steps
 
 
 def idling(paths: Paths, _: Thresholds) -> np.ndarray:
@@ -37,6 +36,6 @@ def parity_idle(paths: Paths, _: Thresholds) -> np.ndarray:
 
 
 def _idle(paths: Paths) -> np.ndarray:
-    idle = np.asarray((steps(paths.predators) == 0).all(axis=3) & paths.valid[:, :, None])
-    idle[:, 0] = False
+    idle = np.zeros(paths.predators.shape[:3], bool)
+    idle[:, 1:] = (np.diff(paths.predators, axis=1) == 0).all(axis=3) & paths.valid[:, 1:, None]
     return idle

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from esp_trainer.analysis.behaviours.episode import measure_offsets, unwrap
+from predprey_env.jit import entry_point
+from predprey_env.jit.values import Array
 
-def minimal_image(way: np.ndarray, size: int) -> np.ndarray:
-    """Return displacements along an axis, in cells, taken the shortest way round the torus.
 
-    They lie in ``[-(size // 2), size - size // 2 - 1]``, as those of :func:`predprey_env.rules.torus.displacement`.
-    """
-    half = size // 2
-    return np.asarray((way + half) % size - half)
+@entry_point
+def _unwrap_all(traces: Array, lengths: Array, size: int, cells: Array) -> None:
+    for episode in range(len(traces)):
+        unwrap(traces[episode], lengths[episode], size, cells[episode])
+
+
+@entry_point
+def _measure_all(traces: Array, n_predators: int, size: int, offsets: Array) -> None:
+    for episode in range(len(traces)):
+        measure_offsets(traces[episode], n_predators, size, offsets[episode])
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +34,10 @@ class Paths:
     """
 
     predators: np.ndarray
-    """Unwrapped cells (x, y), int32 ``(n_episodes, n_rows, n_predators, 2)``: east is +x, north is +y."""
+    """Unwrapped cells (x, y), int64 ``(n_episodes, n_rows, n_predators, 2)``: east is +x, north is +y."""
 
     prey: np.ndarray
-    """Unwrapped cells (x, y), int32 ``(n_episodes, n_rows, n_prey, 2)``."""
+    """Unwrapped cells (x, y), int64 ``(n_episodes, n_rows, n_prey, 2)``."""
 
     lengths: np.ndarray
     """Index of the last row of each episode, int ``(n_episodes,)``: its number of steps."""
@@ -39,6 +47,9 @@ class Paths:
 
     size: int
     """Side of the torus, in cells."""
+
+    detected: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    """What was seen in these episodes, by thresholds: see :func:`.detection.detected`."""
 
     @classmethod
     def of_trace(cls, cells: np.ndarray, n_predators: int, size: int, caught_at: np.ndarray | None = None) -> Paths:
@@ -68,10 +79,11 @@ class Paths:
         inside = np.where(_until(lengths, cells.shape[1])[..., None, None], (cells >= 0) & (cells < size), cells == -1)
         if not inside.all() or (lengths < 0).any():
             raise ValueError(f"cells must hold cells in [0, {size}) and, after the end of an episode, -1 alone")
-        steps = minimal_image(np.diff(cells, axis=1), size) * valid[:, 1:, None, None]
-        if (np.abs(steps).sum(axis=-1) > 1).any():
-            raise ValueError(f"agents must move at most one cell a step, got {np.abs(steps).sum(axis=-1).max()}")
-        path = np.concatenate([cells[:, :1], cells[:, :1] + np.cumsum(steps, axis=1)], axis=1).astype(np.int32)
+        path = np.empty(cells.shape, np.int64)
+        _unwrap_all(np.ascontiguousarray(cells, np.int64), lengths, size, path)
+        steps = np.abs(np.diff(path, axis=1)).sum(axis=-1)
+        if (steps > 1).any():
+            raise ValueError(f"agents must move at most one cell a step, got {steps.max()}")
         predators, prey = path[:, :, :n_predators], path[:, :, n_predators:]
         if caught_at is None:
             times = _inferred(predators, prey, lengths, size)
@@ -117,11 +129,25 @@ class Paths:
         return np.asarray(self.capture_times < self.n_rows)
 
     @cached_property
+    def cells(self) -> np.ndarray:
+        """Unwrapped cells of all agents, predators first, int64 ``(n_episodes, n_rows, n_agents, 2)``."""
+        return np.concatenate([self.predators, self.prey], axis=2, dtype=np.int64)
+
+    @cached_property
+    def all_offsets(self) -> np.ndarray:
+        """Displacement from each prey to each agent, in cells, the shortest way round: int64
+        ``(n_episodes, n_rows, n_agents, n_prey, 2)``.
+        """
+        offsets = np.empty((*self.cells.shape[:3], self.n_prey, 2), np.int64)
+        _measure_all(self.cells % self.size, self.n_predators, self.size, offsets)
+        return offsets
+
+    @property
     def offsets(self) -> np.ndarray:
-        """Displacement from each prey to each predator, in cells, the shortest way round: int32
+        """Displacement from each prey to each predator, in cells, the shortest way round: int64
         ``(n_episodes, n_rows, n_predators, n_prey, 2)``.
         """
-        return minimal_image(self.predators[:, :, :, None] - self.prey[:, :, None], self.size)
+        return self.all_offsets[:, :, : self.n_predators]
 
     @cached_property
     def distances(self) -> np.ndarray:
@@ -129,8 +155,8 @@ class Paths:
         return np.asarray(np.abs(self.offsets).sum(axis=-1, dtype=np.int32))
 
     def between_prey(self, one: int, other: int) -> np.ndarray:
-        """Return the displacement from prey ``one`` to prey ``other``, in cells, int32 ``(n_episodes, n_rows, 2)``."""
-        return minimal_image(self.prey[:, :, other] - self.prey[:, :, one], self.size)
+        """Return the displacement from prey ``one`` to prey ``other``, in cells, int64 ``(n_episodes, n_rows, 2)``."""
+        return self.all_offsets[:, :, self.n_predators + other, one]
 
     def reaches(self, back: int = 0, on: int = 0) -> np.ndarray:
         """Return at which rows the episode has ``back`` rows before and ``on`` rows after, bool
@@ -151,6 +177,6 @@ def _inferred(predators: np.ndarray, prey: np.ndarray, lengths: np.ndarray, size
     stood = ~moved & (np.arange(n_rows - 1) < lengths[:, None])[:, :, None]
     times = np.where(stood.any(axis=1), np.argmax(stood, axis=1), n_rows)
     last = np.arange(n_episodes), lengths
-    met = minimal_image(predators[last][:, :, None] - prey[last][:, None], size) == 0
+    met = (predators[last][:, :, None] - prey[last][:, None]) % size == 0
     captured = met.all(axis=3).any(axis=1) | (lengths < n_rows - 1)[:, None]
     return np.where((times == n_rows) & captured, lengths[:, None], times)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from esp_trainer.analysis.behaviours import evasion, idling, roles, surrounding, two_prey
+from esp_trainer.analysis.behaviours.detection import rows_of
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.types import Role
@@ -36,13 +37,17 @@ class Detector:
     of_interaction: bool = True
     """True for a behaviour of agents towards each other, for which a rate without interaction has a meaning."""
 
+    def is_defined(self, n_predators: int, n_prey: int) -> bool:
+        """Return whether there are enough agents for the behaviour."""
+        return n_predators >= self.min_predators and n_prey >= self.min_prey
+
     def rows(self, paths: Paths) -> np.ndarray:
         """Return the rows at which the behaviour is seen, bool ``(n_episodes, n_rows)``.
 
         If the rule gives a number per episode, the last row of each episode with a number above 0 is marked. No row is
         marked if there are too few agents.
         """
-        if paths.n_predators < self.min_predators or paths.n_prey < self.min_prey:
+        if not self.is_defined(paths.n_predators, paths.n_prey):
             return np.zeros(paths.valid.shape, bool)
         found = self.rule(paths, Thresholds())
         if found.ndim == 2:
@@ -54,36 +59,44 @@ class Detector:
 
         It is nan where the behaviour is not defined, for example with too few agents.
         """
-        if paths.n_predators < self.min_predators or paths.n_prey < self.min_prey:
+        if not self.is_defined(paths.n_predators, paths.n_prey):
             return np.full(paths.n_episodes, np.nan)
         found = self.rule(paths, thresholds or Thresholds())
         return np.asarray(found.any(axis=1), float) if found.ndim == 2 else found
 
 
 BEHAVIOURS: dict[str, Detector] = {
-    "attacker": Detector(roles.attacker, "a predator chases a prey", "predators"),
-    "blocker": Detector(roles.blocker, "a predator keeps to a place to which a prey runs", "predators"),
-    "role switch": Detector(roles.role_switch, "a blocker attacks, or an attacker blocks", "predators"),
+    "attacker": Detector(rows_of(roles.attacker), "a predator chases a prey", "predators"),
+    "blocker": Detector(rows_of(roles.blocker), "a predator keeps to a place to which a prey runs", "predators"),
+    "role switch": Detector(rows_of(roles.role_switch), "a blocker attacks, or an attacker blocks", "predators"),
     "opposing attack": Detector(
-        roles.opposing_attack, "two attackers come from opposing sides", "predators", min_predators=2
+        rows_of(roles.opposing_attack), "two attackers come from opposing sides", "predators", min_predators=2
     ),
     "encirclement": Detector(
-        surrounding.encirclement, "three predators close in with the prey inside", "predators", min_predators=3
+        rows_of(surrounding.encirclement), "three predators close in with the prey inside", "predators", min_predators=3
     ),
-    "circling": Detector(evasion.circling, "a prey goes round in a small circle, a predator on its tail", "prey"),
+    "circling": Detector(
+        rows_of(evasion.circling), "a prey goes round in a small circle, a predator on its tail", "prey"
+    ),
     "baiting": Detector(
-        evasion.baiting, "a prey waits for two predators to converge, and leaves", "prey", min_predators=2
+        rows_of(evasion.baiting), "a prey waits for two predators to converge, and leaves", "prey", min_predators=2
     ),
-    "sidestepping": Detector(evasion.sidestepping, "a prey steps aside and passes a blocker", "prey"),
+    "sidestepping": Detector(rows_of(evasion.sidestepping), "a prey steps aside and passes a blocker", "prey"),
     "reversal": Detector(
-        evasion.reversal, "a prey between predators turns round and gains distance", "prey", min_predators=2
+        rows_of(evasion.reversal), "a prey between predators turns round and gains distance", "prey", min_predators=2
     ),
-    "herding": Detector(two_prey.herding, "two prey are driven together", "predators", min_predators=2, min_prey=2),
+    "herding": Detector(
+        rows_of(two_prey.herding), "two prey are driven together", "predators", min_predators=2, min_prey=2
+    ),
     "simultaneous capture": Detector(
-        two_prey.simultaneous_capture, "two prey are caught within a few steps", "predators", min_prey=2
+        rows_of(two_prey.simultaneous_capture), "two prey are caught within a few steps", "predators", min_prey=2
     ),
     "scattering": Detector(
-        two_prey.scattering, "two prey part before predators that converge", "prey", min_predators=2, min_prey=2
+        rows_of(two_prey.scattering),
+        "two prey part before predators that converge",
+        "prey",
+        min_predators=2,
+        min_prey=2,
     ),
     "idling": Detector(idling.idling, "share of predators' steps that are idle", "predators", of_interaction=False),
     "parity idle": Detector(

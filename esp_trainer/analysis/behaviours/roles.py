@@ -5,15 +5,46 @@ Section VI.B: "Each predator agent assumed the role of either an attacker or blo
 
 from __future__ import annotations
 
-import numpy as np
+from math import sqrt
 
-from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.episode import (
+    Episode,
+    cosine,
+    cross,
+    distance,
+    extent,
+    in_the_way,
+    is_free,
+    led_towards,
+    offset,
+    turned,
+    was_free,
+    way,
+)
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
-from esp_trainer.analysis.behaviours.windows import ago, cosine, cross, dot, extent, spread_back, steps, total
+from predprey_env.jit import rule
+
+ATTACKS, BLOCKS = 2, 1
+_OPPOSED = -sqrt(0.5) + 1e-9  # cosine of 135 degrees; the margin is for rounding
 
 
-def attacks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Return which predators attack which prey at which rows, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
+@rule
+def mark_roles(episode: Episode, x: Thresholds) -> None:
+    """Mark in an episode which predators attack and which block which prey at which rows."""
+    for row in range(episode.length + 1):
+        for predator in range(episode.n_predators):
+            for prey in range(episode.n_prey):
+                if ends_attack(episode, row, predator, prey, x):
+                    for earlier in range(row - x.chase, row + 1):
+                        episode.attacks[earlier, predator, prey] = True
+                if ends_block(episode, row, predator, prey, x):
+                    for earlier in range(row - x.post, row + 1):
+                        episode.blocks[earlier, predator, prey] = True
+
+
+@rule
+def ends_attack(episode: Episode, row: int, predator: int, prey: int, x: Thresholds) -> bool:
+    """Return whether a predator has attacked a prey up to a row.
 
     "The role of an attacker is to chase the prey" (VI.B); "The attackers actively pursue the prey" (VII). All of these
     hold over ``chase`` steps, all of whose rows then count:
@@ -23,22 +54,25 @@ def attacks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     * The predator reacted to the prey: it turned, or was near all the time, or was in line with the prey (in its row or
       column) all the time. Without this, a straight run past a prey would count.
     """
-    moves = steps(paths.predators)
-    straight = (moves == ago(moves, 1)).all(axis=3)
-    seen = ago(paths.offsets, 1)
-    near = paths.distances <= thresholds.near
-    answers = [
-        (total(~straight, thresholds.chase - 1) > 0)[..., None] & np.ones_like(near),
-        total(near, thresholds.chase + 1) > thresholds.chase,
-        total(cross(moves[:, :, :, None], seen) == 0, thresholds.chase) == thresholds.chase,
-    ]
-    chasing = total(towards(paths), thresholds.chase) >= thresholds.chase - thresholds.slips
-    found = chasing & near & np.logical_or.reduce(answers) & _hunted(paths, thresholds.chase)
-    return spread_back(found, thresholds.chase)
+    if not was_free(episode, row, prey, x.chase) or distance(episode, row, predator, prey) > x.near:
+        return False
+    first, led = row - x.chase, 0
+    for each in range(first + 1, row + 1):
+        led += led_towards(episode, each, predator, prey)
+    if led < x.chase - x.slips:
+        return False
+    has_turned, in_line, near = False, True, distance(episode, first, predator, prey) <= x.near
+    for each in range(first + 1, row + 1):
+        has_turned = has_turned or (each > first + 1 and turned(episode, each, predator))
+        near = near and distance(episode, each, predator, prey) <= x.near
+        step, seen = way(episode, each - 1, each, predator), offset(episode, each - 1, predator, prey)
+        in_line = in_line and cross(step, seen) == 0
+    return has_turned or near or in_line
 
 
-def blocks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Return which predators block which prey at which rows, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
+@rule
+def ends_block(episode: Episode, row: int, predator: int, prey: int, x: Thresholds) -> bool:
+    """Return whether a predator has blocked a prey up to a row.
 
     "the blocker moves in a localized area to obstruct the prey's path" (VI.B). All of these hold over ``post`` steps,
     all of whose rows then count:
@@ -47,84 +81,90 @@ def blocks(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     * At the end the prey runs towards it: the prey's last ``run`` steps went in one direction, and the predator is at
       most ``path`` ahead and at most ``lane`` to the side.
     """
-    localized = extent(paths.predators, thresholds.post) <= thresholds.area
-    found = (
-        localized[..., None]
-        & in_the_way(paths, thresholds.run, thresholds.path, thresholds.lane)
-        & _hunted(paths, thresholds.post)
+    return (
+        was_free(episode, row, prey, x.post)
+        and in_the_way(episode, row, predator, prey, x.run, x.path, x.lane)
+        and extent(episode, row, predator, x.post) <= x.area
     )
-    return spread_back(found, thresholds.post)
 
 
-def attacker(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Return the rows at which any predator attacks any prey, see :func:`attacks`: bool ``(n_episodes, n_rows)``."""
-    return np.asarray(attacks(paths, thresholds).any(axis=(2, 3)))
+@rule
+def role(episode: Episode, row: int, predator: int, prey: int) -> int:
+    """Return the role of a predator towards a prey: ``ATTACKS``, ``BLOCKS`` or 0. A predator that does both attacks."""
+    if episode.attacks[row, predator, prey]:
+        return ATTACKS
+    return BLOCKS if episode.blocks[row, predator, prey] else 0
 
 
-def blocker(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Return the rows at which any predator blocks any prey, see :func:`blocks`: bool ``(n_episodes, n_rows)``."""
-    return np.asarray(blocks(paths, thresholds).any(axis=(2, 3)))
+@rule
+def role_towards_any(episode: Episode, row: int, predator: int) -> int:
+    """Return ``ATTACKS`` if a predator attacks any prey, else ``BLOCKS`` if it blocks any, else 0."""
+    highest = 0
+    for prey in range(episode.n_prey):
+        highest = max(highest, role(episode, row, predator, prey))
+    return highest
 
 
-def role_switch(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect a predator whose role towards a prey differs from its last one: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def attacker(episode: Episode, row: int) -> bool:
+    """Return whether any predator attacks any prey, see :func:`ends_attack`."""
+    for predator in range(episode.n_predators):
+        for prey in range(episode.n_prey):
+            if episode.attacks[row, predator, prey]:
+                return True
+    return False
+
+
+@rule
+def blocker(episode: Episode, row: int) -> bool:
+    """Return whether any predator blocks any prey, see :func:`ends_block`."""
+    for predator in range(episode.n_predators):
+        for prey in range(episode.n_prey):
+            if episode.blocks[row, predator, prey]:
+                return True
+    return False
+
+
+@rule
+def role_switch(episode: Episode, row: int) -> bool:
+    """Detect a predator whose role towards a prey differs from its last one.
 
     "the predators learn to dynamically switch roles [...] The blocker also starts to follow the prey when it tries to
     escape" (VI.B). Switches from attacker to blocker count as well. A predator that does both at once is an attacker.
     """
-    attacking = attacks(paths, thresholds)
-    role = np.where(attacking, 2, np.where(blocks(paths, thresholds), 1, 0))
-    rows = np.arange(paths.n_rows)[:, None, None]
-    latest = np.maximum.accumulate(np.where(role > 0, rows, 0), axis=1)  # latest row at which it had a role
-    last = ago(np.take_along_axis(role, latest, axis=1), 1)
-    last[:, 0] = 0
-    return np.asarray(((role > 0) & (last > 0) & (role != last)).any(axis=(2, 3)))
+    for predator in range(episode.n_predators):
+        for prey in range(episode.n_prey):
+            now = role(episode, row, predator, prey)
+            if row > 0 and now > 0:
+                earlier = row - 1
+                while earlier > 0 and role(episode, earlier, predator, prey) == 0:
+                    earlier -= 1
+                last = role(episode, earlier, predator, prey)
+                if last > 0 and last != now:
+                    return True
+    return False
 
 
-def opposing_attack(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect two attackers that come at a prey from opposing sides: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def opposing_attack(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect two attackers that come at a prey from opposing sides.
 
     "Two of them now approach the prey from opposing directions (acting as attackers)" (VI.B). Both attack (see
-    :func:`attacks`) and are at most ``near``, and their directions from the prey are at least 135 degrees apart.
+    :func:`ends_attack`) and are at most ``near``, and their directions from the prey are at least 135 degrees apart.
     """
-    ready = attacks(paths, thresholds) & (paths.distances <= thresholds.near) & paths.alive[:, :, None]
-    found = np.zeros(ready.shape[:2], bool)
-    for one in range(paths.n_predators):
-        for other in range(one):
-            apart = cosine(paths.offsets[:, :, one], paths.offsets[:, :, other]) <= -np.sqrt(0.5) + 1e-9
-            found |= (ready[:, :, one] & ready[:, :, other] & apart).any(axis=2)
-    return found
+    for prey in range(episode.n_prey):
+        for one in range(episode.n_predators):
+            for other in range(one):
+                if _closes_in(episode, row, one, prey, x) and _closes_in(episode, row, other, prey, x):
+                    there, here = offset(episode, row, one, prey), offset(episode, row, other, prey)
+                    if cosine(there, here) <= _OPPOSED:
+                        return True
+    return False
 
 
-def towards(paths: Paths) -> np.ndarray:
-    """Return which predators' last step led towards the cell in which the prey was before it, bool
-    ``(n_episodes, n_rows, n_predators, n_prey)``.
-    """
-    return dot(steps(paths.predators)[:, :, :, None], ago(paths.offsets, 1)) < 0
-
-
-def running(paths: Paths, run: int) -> np.ndarray:
-    """Return the direction of each prey's last ``run`` steps if they all went the same way, else 0: int32
-    ``(n_episodes, n_rows, n_prey, 2)``.
-    """
-    moves = steps(paths.prey)
-    turned = (moves != ago(moves, 1)).any(axis=3)
-    straight = (total(turned, run - 1) == 0) & paths.reaches(back=run)[:, :, None]
-    return np.asarray(moves * straight[..., None])
-
-
-def in_the_way(paths: Paths, run: int, path: int, lane: int) -> np.ndarray:
-    """Return which predators are in the way of which prey, bool ``(n_episodes, n_rows, n_predators, n_prey)``.
-
-    The prey has run ``run`` steps in one direction, and the predator is at most ``path`` ahead of it and at most
-    ``lane`` to the side of its line.
-    """
-    direction = running(paths, run)[:, :, None]
-    forward, aside = dot(paths.offsets, direction), np.abs(cross(paths.offsets, direction))
-    return np.asarray((forward > 0) & (forward <= path) & (aside <= lane))
-
-
-def _hunted(paths: Paths, rows: int) -> np.ndarray:
-    """Return at which rows a prey was free for the ``rows`` rows before, bool ``(n_episodes, n_rows, 1, n_prey)``."""
-    # Prey are never freed, so a prey that was free one row earlier was free at all rows before that one too.
-    return np.asarray(ago(paths.alive, 1) & paths.reaches(back=rows)[:, :, None])[:, :, None]
+@rule
+def _closes_in(episode: Episode, row: int, predator: int, prey: int, x: Thresholds) -> bool:
+    """Return whether a predator that is near a free prey attacks it."""
+    if not episode.attacks[row, predator, prey]:
+        return False
+    return is_free(episode, row, prey) and distance(episode, row, predator, prey) <= x.near

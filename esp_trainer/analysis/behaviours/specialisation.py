@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from esp_trainer.analysis.behaviours.detection import detected
 from esp_trainer.analysis.behaviours.paths import Paths
-from esp_trainer.analysis.behaviours.roles import attacks, blocks
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 
 ATTACKER, BLOCKER, NEITHER = 0, 1, 2
@@ -16,8 +16,9 @@ def main_roles(paths: Paths, thresholds: Thresholds) -> np.ndarray:
 
     It is ``NEITHER`` if the predator has both roles for equally many rows, or none.
     """
-    rows = [role(paths, thresholds).any(axis=3).sum(axis=1) for role in (attacks, blocks)]
-    return np.where(rows[0] > rows[1], ATTACKER, np.where(rows[1] > rows[0], BLOCKER, NEITHER))
+    found = detected(paths, thresholds).episodes
+    attacking, blocking = (role.any(axis=3).sum(axis=1) for role in (found.attacks, found.blocks))
+    return np.where(attacking > blocking, ATTACKER, np.where(blocking > attacking, BLOCKER, NEITHER))
 
 
 def specialisation(roles: np.ndarray) -> float:

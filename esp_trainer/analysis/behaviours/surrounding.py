@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.episode import (
+    Episode,
+    Vector,
+    approached,
+    cross,
+    distance,
+    is_free_around,
+    offset,
+)
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
-from esp_trainer.analysis.behaviours.windows import ago
+from predprey_env.jit import rule
 
 
-def encirclement(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect a free prey that is surrounded: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def encirclement(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect a free prey that is surrounded.
 
     "they need to surround the prey from different sides so that they do not have anywhere to escape before they can
     catch them" (III). All of these hold:
@@ -20,24 +27,36 @@ def encirclement(paths: Paths, thresholds: Thresholds) -> np.ndarray:
       convex hull, as in most definitions of target enclosing.
     * Over ``wait`` steps, these predators came nearer by ``approach`` on average.
     """
-    near = paths.distances <= thresholds.near
-    closer = np.where(near, ago(paths.distances, thresholds.wait) - paths.distances, 0).sum(axis=2)
-    n_near = near.sum(axis=2)
-    found = (
-        (n_near >= 3)
-        & (closer >= thresholds.approach * n_near)
-        & paths.alive
-        & paths.reaches(back=thresholds.wait)[:, :, None]
-    )
-    found[found] = _widest_gap(paths.offsets.swapaxes(2, 3)[found], near.swapaxes(2, 3)[found]) < np.pi - 1e-9
-    return np.asarray(found.any(axis=2))
+    for prey in range(episode.n_prey):
+        if is_free_around(episode, row, prey, x.wait, 0):
+            n_near, closer = 0, 0
+            for predator in range(episode.n_predators):
+                if distance(episode, row, predator, prey) <= x.near:
+                    n_near += 1
+                    closer += approached(episode, row, predator, prey, x.wait)
+            if n_near >= 3 and closer >= x.approach * n_near and _is_enclosed(episode, row, prey, x.near):
+                return True
+    return False
 
 
-def _widest_gap(offsets: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return the widest angle without a near predator, in radians, float ``(n,)``, for offsets
-    ``(n, n_predators, 2)``.
-    """
-    angles = np.arctan2(offsets[..., 1], offsets[..., 0])
-    some = np.take_along_axis(angles, near.argmax(axis=1)[:, None], axis=1)
-    angles = np.sort(np.where(near, angles, some), axis=1)
-    return np.asarray(np.diff(angles, axis=1, append=angles[:, :1] + 2 * np.pi).max(axis=1))
+@rule
+def _is_enclosed(episode: Episode, row: int, prey: int, near: int) -> bool:
+    """Return whether to the left of every near predator, by less than 180 degrees, is another one."""
+    for predator in range(episode.n_predators):
+        if distance(episode, row, predator, prey) <= near:
+            followed = False
+            for other in range(episode.n_predators):
+                if distance(episode, row, other, prey) <= near:
+                    here, there = _direction(episode, row, predator, prey), _direction(episode, row, other, prey)
+                    followed = followed or cross(here, there) > 0
+            if not followed:
+                return False
+    return True
+
+
+@rule
+def _direction(episode: Episode, row: int, predator: int, prey: int) -> Vector:
+    """Return the displacement from a prey to a predator."""
+    # Only in re-paired episodes can a predator be in a free prey's cell. Then it is counted as in the east, like the
+    # angle of a vector of length 0.
+    return (1, 0) if distance(episode, row, predator, prey) == 0 else offset(episode, row, predator, prey)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Thresholds:
+class Thresholds(NamedTuple):
     """Thresholds of the detectors: distances are Manhattan distances in cells (= steps), windows are in steps.
 
     The values were chosen by looking at what they detect in evolved and scripted teams on a torus of 100 x 100 cells. A
     claim that depends on one of them should be checked with other values, for example
-    ``dataclasses.replace(Thresholds(), near=8)``.
+    ``Thresholds(near=8)``.
     """
 
     near: int = 10

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import numpy as np
-
-from esp_trainer.analysis.behaviours.paths import Paths
+from esp_trainer.analysis.behaviours.episode import (
+    Episode,
+    Vector,
+    cosine,
+    distance,
+    dot,
+    is_free,
+    is_free_around,
+    nearest_distance,
+    offset,
+    reaches,
+    way,
+)
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
-from esp_trainer.analysis.behaviours.windows import ago, ahead, cosine, dot, total
+from predprey_env.jit import rule
+from predprey_env.rules.torus import manhattan
 
 
-def herding(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect two prey that have been driven together: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def herding(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect two prey that have been driven together.
 
     The predators "first attempt to herd the prey" and "succeed in herding the prey and capturing them simultaneously"
     (VI.C). All of these hold over ``herd`` steps:
@@ -22,28 +32,62 @@ def herding(paths: Paths, thresholds: Thresholds) -> np.ndarray:
       ``reach`` away, on the side away from the other prey, as a shepherd is (Strombom et al., Solving the shepherding
       problem, 2014).
     """
-    found = np.zeros(paths.valid.shape, bool)
-    for one, other, way, apart in _pairs(paths):
-        gathered = ago(apart, thresholds.herd) - apart >= thresholds.gathered
-        driven = _driven(paths, one, way, thresholds.reach) & _driven(paths, other, -way, thresholds.reach)
-        kept_up = total(driven, thresholds.herd) >= thresholds.driven * thresholds.herd
-        free = paths.alive[:, :, one] & paths.alive[:, :, other] & paths.reaches(back=thresholds.herd)
-        found |= gathered & (apart <= thresholds.reach) & kept_up & free
-    return found
+    for one in range(episode.n_prey):
+        for other in range(one):
+            free = is_free(episode, row, one) and is_free(episode, row, other)
+            if free and reaches(episode, row, x.herd, 0) and _are_herded(episode, row, one, other, x):
+                return True
+    return False
 
 
-def simultaneous_capture(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect two prey that are caught within ``together`` steps: 1 or 0 per episode, float ``(n_episodes,)``.
+@rule
+def _are_herded(episode: Episode, row: int, one: int, other: int, x: Thresholds) -> bool:
+    """Return whether two prey came together, and both were driven for long enough."""
+    partner = episode.n_predators + other
+    apart = distance(episode, row, partner, one)
+    if apart > x.reach or distance(episode, row - x.herd, partner, one) - apart < x.gathered:
+        return False
+    driven = 0
+    for each in range(row - x.herd + 1, row + 1):
+        inwards = offset(episode, each, partner, one)
+        outwards = -inwards[0], -inwards[1]
+        driven += _is_driven(episode, each, one, inwards, x.reach) and _is_driven(
+            episode, each, other, outwards, x.reach
+        )
+    return driven >= x.driven * x.herd
+
+
+@rule
+def _is_driven(episode: Episode, row: int, prey: int, inwards: Vector, reach: int) -> bool:
+    """Return whether a nearest predator of a prey is on the side away from a direction."""
+    least = nearest_distance(episode, row, prey)
+    if least > reach:
+        return False
+    for predator in range(episode.n_predators):
+        outside = dot(offset(episode, row, predator, prey), inwards) < 0
+        if outside and distance(episode, row, predator, prey) == least:
+            return True
+    return False
+
+
+@rule
+def simultaneous_capture(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect two prey that are caught within ``together`` steps, at the row of the later capture.
 
     "capturing them simultaneously" (VI.C).
     """
-    times = np.sort(paths.capture_times, axis=1)
-    close = (np.diff(times, axis=1) <= thresholds.together) & (times[:, 1:] < paths.n_rows)
-    return np.asarray(close.any(axis=1), float)
+    for later in range(episode.n_prey):
+        if episode.capture_times[later] == row:
+            for other in range(episode.n_prey):
+                between = row - episode.capture_times[other]
+                if other != later and between >= 0 and between <= x.together:
+                    return True
+    return False
 
 
-def scattering(paths: Paths, thresholds: Thresholds) -> np.ndarray:
-    """Detect two prey that separate before predators that converge on them: rows, bool ``(n_episodes, n_rows)``.
+@rule
+def scattering(episode: Episode, row: int, x: Thresholds) -> bool:
+    """Detect two prey that separate before predators that converge on them.
 
     "the prey evolve to scatter in different directions just before the predators converge on them" (VI.C). All of these
     hold:
@@ -56,31 +100,45 @@ def scattering(paths: Paths, thresholds: Thresholds) -> np.ndarray:
     * At least one of the two turned by 90 degrees or more from its direction in the ``wait`` steps. So they did not
       merely cross each other's way.
     """
-    on = thresholds.escape
-    found = np.zeros(paths.valid.shape, bool)
-    for one, other, _, apart in _pairs(paths):
-        to_pair = np.minimum(paths.distances[..., one], paths.distances[..., other])
-        nearer = ago(to_pair, thresholds.wait) - to_pair
-        converging = ((nearer >= thresholds.approach) & (to_pair <= thresholds.near)).sum(axis=2) >= 2
-        cells = paths.prey[:, :, [one, other]]
-        before, after = cells - ago(cells, thresholds.wait), ahead(cells, on) - cells
-        part = (ahead(apart, on) - apart >= on) & (cosine(after[:, :, 0], after[:, :, 1]) <= 0)
-        part &= (dot(before, after) <= 0).any(axis=2) & (2 * np.abs(after).sum(axis=3) >= on).all(axis=2)
-        free = ahead(paths.alive[:, :, one] & paths.alive[:, :, other], on) & paths.reaches(thresholds.wait, on)
-        found |= (apart <= thresholds.near) & converging & part & free
-    return found
-
-
-def _pairs(paths: Paths) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
-    """Yield for each pair of prey both indices, the displacement from one to the other, and its length."""
-    for one in range(paths.n_prey):
+    for one in range(episode.n_prey):
         for other in range(one):
-            way = paths.between_prey(one, other)
-            yield one, other, way, np.abs(way).sum(axis=2)
+            if is_free_around(episode, row, one, x.wait, x.escape) and is_free_around(
+                episode, row, other, x.wait, x.escape
+            ):
+                near = distance(episode, row, episode.n_predators + other, one) <= x.near
+                if near and _part(episode, row, one, other, x) and _are_converged_on(episode, row, one, other, x):
+                    return True
+    return False
 
 
-def _driven(paths: Paths, prey: int, inwards: np.ndarray, reach: int) -> np.ndarray:
-    distances, offsets = paths.distances[..., prey], paths.offsets[..., prey, :]
-    outside = dot(offsets, inwards[:, :, None]) < 0
-    nearest = distances == distances.min(axis=2, keepdims=True)
-    return np.asarray((nearest & outside & (distances <= reach)).any(axis=2))
+@rule
+def _are_converged_on(episode: Episode, row: int, one: int, other: int, x: Thresholds) -> bool:
+    """Return whether two or more predators came near to a pair of prey."""
+    converging = 0
+    for predator in range(episode.n_predators):
+        now = _distance_to_pair(episode, row, predator, one, other)
+        before = _distance_to_pair(episode, row - x.wait, predator, one, other)
+        converging += now <= x.near and before - now >= x.approach
+    return converging >= 2
+
+
+@rule
+def _distance_to_pair(episode: Episode, row: int, predator: int, one: int, other: int) -> int:
+    """Return the distance from a predator to the nearer of two prey, in steps."""
+    return min(distance(episode, row, predator, one), distance(episode, row, predator, other))
+
+
+@rule
+def _part(episode: Episode, row: int, one: int, other: int, x: Thresholds) -> bool:
+    """Return whether two prey separate, each by its own steps and one of them by a turn."""
+    first, second = episode.n_predators + one, episode.n_predators + other
+    if distance(episode, row + x.escape, second, one) - distance(episode, row, second, one) < x.escape:
+        return False
+    before, after = way(episode, row - x.wait, row, first), way(episode, row, row + x.escape, first)
+    others_before, others_after = way(episode, row - x.wait, row, second), way(episode, row, row + x.escape, second)
+    return (
+        2 * manhattan(after[0], after[1]) >= x.escape
+        and 2 * manhattan(others_after[0], others_after[1]) >= x.escape
+        and cosine(after, others_after) <= 0
+        and (dot(before, after) <= 0 or dot(others_before, others_after) <= 0)
+    )

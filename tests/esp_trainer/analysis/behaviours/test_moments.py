@@ -10,7 +10,6 @@ import pytest
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
-from esp_trainer.analysis.behaviours.windows import ago, ahead
 
 # The first and the last row that may be marked, and one that must be.
 MOMENTS = {
@@ -63,10 +62,10 @@ def test_a_dodge_is_judged_ten_steps_later(steps_free: int, dodged: float, posit
     assert float(found[0, 10]) == dodged
 
 
-def test_looking_back_and_on_is_by_so_many_rows():
-    rows_of_one = np.arange(5)[None]
-    assert ago(rows_of_one, 2)[0, 2:].tolist() == [0, 1, 2]
-    assert ahead(rows_of_one, 2)[0, :-2].tolist() == [2, 3, 4]
+def test_a_simultaneous_capture_is_seen_when_the_later_prey_is_caught(positives: dict[str, Any]):
+    paths = positives["simultaneous capture"].paths()
+    assert paths.capture_times.tolist() == [[5, 8]]
+    assert rows("simultaneous capture", paths) == [8]
 
 
 def test_every_behaviour_with_rows_has_its_moment():

@@ -10,16 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from esp_trainer.analysis.behaviours.paths import Paths, minimal_image
-from predprey_env.rules.torus import displacement
+from esp_trainer.analysis.behaviours.paths import Paths
 
 FAR = ((80, 80), "")
-
-
-@given(size=st.integers(3, 60), data=st.data())
-def test_the_shortest_way_is_the_worlds(size: int, data: st.DataObject):
-    start, end = data.draw(st.tuples(st.integers(0, size - 1), st.integers(0, size - 1)))
-    assert minimal_image(np.array(end - start), size) == displacement(start, end, size)
 
 
 def test_a_walk_over_the_seam_goes_on(scene: Any):

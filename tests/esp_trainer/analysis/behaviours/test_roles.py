@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from esp_trainer.analysis.behaviours.detection import detected
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.behaviours.roles import attacks, blocks, in_the_way, role_switch, running, towards
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 
 T = Thresholds()
+
+
+def attacks(paths: Paths, x: Thresholds = T) -> np.ndarray:
+    """Who attacks whom."""
+    return np.asarray(detected(paths, x).episodes.attacks)
+
+
+def blocks(paths: Paths) -> np.ndarray:
+    """Who blocks whom."""
+    return np.asarray(detected(paths, T).episodes.blocks)
 
 
 def first(predator: np.ndarray) -> list[int]:
@@ -22,14 +31,8 @@ def first(predator: np.ndarray) -> list[int]:
     return np.flatnonzero(predator[0, :, 0, 0]).tolist()
 
 
-def test_steps_towards_are_told_from_others(scene: Any):
-    """The prey is at (50, 50), then (51, 50): the predator steps nearer, aside in its row, back, not at all."""
-    paths = scene([((48, 50), "ENW.")], [((50, 50), "ENES")]).paths()
-    assert towards(paths)[0, :, 0, 0].tolist() == [False, True, False, False, False]
-
-
 def test_all_rows_of_a_chase_count(positives: dict[str, Any]):
-    assert first(attacks(positives["attacker"].paths(), T)) == list(range(25))
+    assert first(attacks(positives["attacker"].paths())) == list(range(25))
 
 
 @pytest.mark.parametrize(
@@ -46,20 +49,20 @@ def test_all_rows_of_a_chase_count(positives: dict[str, Any]):
     ],
 )
 def test_what_is_a_chase(case: str, predator: Any, prey: Any, attack: bool, scene: Any):
-    assert bool(first(attacks(scene([predator], [prey]).paths(), T))) == attack, case
+    assert bool(first(attacks(scene([predator], [prey]).paths()))) == attack, case
 
 
 def test_a_chase_that_ends_with_the_capture_counts_to_the_end(scene: Any):
     paths = scene([((30, 50), "E" * 18)], [((66, 50), "W" * 18)], n_rows=30).paths()
     assert paths.capture_times.tolist() == [[18]]
-    assert first(attacks(paths, T)) == list(range(19))
+    assert first(attacks(paths)) == list(range(19))
 
 
 def test_nobody_attacks_the_caught(scene: Any):
     """The prey is caught in row 2 and the predator circles around where it lies."""
     paths = scene([((48, 50), "E." + "ENWS" * 6)], [((51, 50), "WW"), ((20, 20), "NS" * 13)]).paths()
     assert paths.capture_times[0, 0] == 2
-    assert first(attacks(paths, T)) == []
+    assert first(attacks(paths)) == []
 
 
 @pytest.mark.parametrize(
@@ -76,26 +79,16 @@ def test_nobody_attacks_the_caught(scene: Any):
     ],
 )
 def test_what_is_a_block(case: str, predator: Any, prey: Any, block: bool, scene: Any):
-    assert bool(first(blocks(scene([predator], [prey]).paths(), T))) == block, case
-
-
-def test_a_prey_runs_after_six_steps_the_same_way(scene: Any):
-    direction = running(scene([], [((50, 50), "N" + "E" * 7 + "N")]).paths(), 6)
-    assert direction[0, :, 0].tolist() == [[0, 0]] * 7 + [[1, 0], [1, 0], [0, 0]]
-
-
-def test_who_is_in_the_way_is_ahead_in_the_lane(scene: Any):
-    paths = scene([((60, 51), ""), ((60, 53), ""), ((49, 50), "")], [((50, 50), "E" * 6)]).paths()
-    assert in_the_way(paths, 6, 10, 2)[0, :, :, 0].any(axis=0).tolist() == [True, False, False]
+    assert bool(first(blocks(scene([predator], [prey]).paths()))) == block, case
 
 
 def test_a_switch_is_seen_when_the_other_role_begins(positives: dict[str, Any]):
     """It blocks until row 16, where the prey turns; from row 15 on its window of a chase may begin."""
     paths = positives["role switch"].paths()
-    rows = np.flatnonzero(role_switch(paths, T)[0]).tolist()
-    assert rows == [first(attacks(paths, T))[0]]
+    rows = np.flatnonzero(BEHAVIOURS["role switch"].rows(paths)[0]).tolist()
+    assert rows == [first(attacks(paths))[0]]
     assert 14 <= rows[0] <= 16
-    assert first(blocks(paths, T))[0] == 0
+    assert first(blocks(paths))[0] == 0
 
 
 def test_an_attacker_that_takes_a_post_switches_too(scene: Any):
@@ -108,7 +101,7 @@ def test_two_who_come_from_the_same_side_do_not_oppose(scene: Any, positives: di
     west = positives["opposing attack"].predators[0]
     beside = ((30, 50), west[1])
     paths = scene([west, beside], [((50, 50), "NS" * 8)]).paths()
-    assert first(attacks(paths, T))
+    assert first(attacks(paths))
     assert BEHAVIOURS["opposing attack"](paths).tolist() == [0.0]
 
 
@@ -136,6 +129,6 @@ def test_three_who_stand_around_do_not_close_in(scene: Any):
 
 def test_narrower_thresholds_find_less(wander: Callable[..., np.ndarray]):
     paths = Paths.of_trace(wander(100, 1, straight=True), 3, 100)
-    wide, narrow = (attacks(paths, replace(T, near=near)) for near in (20, 5))
+    wide, narrow = (attacks(paths, Thresholds(near=near)) for near in (20, 5))
     assert (wide | ~narrow).all()
     assert wide.sum() > narrow.sum()
