@@ -7,7 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.analysis import behaviours
+from esp_trainer.analysis.behaviours.detection import detect
+from esp_trainer.analysis.behaviours.episode import episode_of, measure_offsets, unwrap
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.behaviours.roles import role_towards_any
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
 from esp_trainer.coevolution.sides import side_config, side_controller
@@ -20,8 +24,13 @@ from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.rules.dynamics import is_over
 
-_USED = ("play_step", "seed_of", "first_memory", "is_over", "add_votes", "observe", "move_prey", "capture", "fma")
-"""Functions that the page calls by name: to start, advance and end a match, and to show the networks of an agent."""
+_PLAYED = (play_step, seed_of, first_memory, is_over)
+_SEEN = (episode_of, unwrap, measure_offsets, detect, role_towards_any)
+_USED = (
+    *(rule.__name__ for rule in (*_PLAYED, *_SEEN)),
+    *("add_votes", "observe", "move_prey", "capture", "fma", "displacement", "nearest_distance"),
+)
+"""Functions that the page calls by name: to play a match, to show an agent's networks, and to detect behaviours."""
 
 
 def rules_in_javascript(floats: str) -> str:
@@ -30,7 +39,7 @@ def rules_in_javascript(floats: str) -> str:
     Args:
         floats: JavaScript of the floating-point functions that the rules need.
     """
-    rules = translate(play_step, seed_of, first_memory, is_over, player=Entrants)
+    rules = translate(*_PLAYED, *_SEEN, player=Entrants, exact=behaviours.__name__)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 
@@ -43,7 +52,12 @@ def world(env: EnvConfig) -> dict[str, Any]:
         "moves": MOVES,
         "thresholds": Thresholds()._asdict(),
         "behaviours": {
-            name: {"meaning": detector.meaning, "who": detector.who}
+            name: {
+                "meaning": detector.meaning,
+                "who": detector.who,
+                "detector": name.replace(" ", "_"),
+                "defined": detector.is_defined(env.n_predators, env.n_prey),
+            }
             for name, detector in BEHAVIOURS.items()
             if detector.of_interaction
         },

@@ -30,10 +30,11 @@ function pictured(moment) {
 // Draw the picture of a moment, centred on the prey that is nearest to a predator. A behaviour that lasts is shown while
 // it lasts. One that is over at once is shown at the last of the shown steps, when its result is visible.
 function paint({ moment: { step, until, shown }, scene, painter }) {
-  const time = until > step ? Math.min(until, step + LONG) : shown[1], { size, n_predators } = data.world.env;
-  const closest = (prey) => Math.min(...scene.paths.hunters.map((i) => scene.paths.distance(time, i, prey)));
-  const [prey] = [...scene.paths.hunted].sort((a, b) => closest(a) - closest(b));
-  const about = scene.paths.at(time, n_predators + prey);
+  const { size, n_predators, n_prey } = data.world.env, chosen = until > step ? Math.min(until, step + LONG) : shown[1];
+  const time = Math.min(chosen, scene.match.length);
+  const closest = (prey) => nearest_distance(scene.episode, time, prey);
+  const [prey] = range(n_prey).sort((a, b) => closest(a) - closest(b));
+  const about = scene.episode.cells[time][n_predators + prey];
   painter.paint(scene, time, { trail: time - shown[0], cells: Math.min(size, CLOSE_UP), about });
 }
 
@@ -56,4 +57,4 @@ charts = new Charts(data, player ?? { sides: [] });
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
-window.predprey = { data, player, charts, Game, Side, Paths, behavioursOf, fma };
+window.predprey = { data, player, charts, Game, Side, behavioursOf, fma };

@@ -25,8 +25,8 @@ class Painter {
 
   // Draw the match at a time in steps, which need not be whole. trail: number of steps of the trails. cells: side of the
   // visible part of the world. about: cell at its centre.
-  paint({ match, paths, role }, time, { trail = 40, chosen = -1, cells = this.env.size, about = [0, 0] } = {}) {
-    const { canvas, env } = this, side = Math.round(canvas.clientWidth * (window.devicePixelRatio || 1));
+  paint({ match, episode, role }, time, { trail = 40, chosen = -1, cells = this.env.size, about = [0, 0] } = {}) {
+    const { canvas, env } = this, paths = episode.cells, side = Math.round(canvas.clientWidth * (window.devicePixelRatio || 1));
     if (!side) return;
     if (canvas.width !== side) canvas.width = canvas.height = side;
     const origin = cells < env.size ? about.map((at) => Math.floor(at - cells / 2)) : [0, 0];
@@ -35,7 +35,7 @@ class Painter {
     this.radius = Math.max(side / 52, 0.45 * this.scale);
     this.#ground();
     const where = (agent) => {
-      const from = paths.at(now, agent), to = paths.at(Math.min(now + 1, match.length), agent);
+      const from = paths[now][agent], to = paths[Math.min(now + 1, match.length)][agent];
       return [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])];
     };
     const agents = range(env.n_predators + env.n_prey), free = (agent) => match.caughtAt[agent - env.n_predators] > time;
@@ -45,7 +45,7 @@ class Painter {
       this.#prey(where(agent), agent - env.n_predators, false, time - match.caughtAt[agent - env.n_predators]);
     }
     for (const agent of agents.slice(0, env.n_predators).reverse()) {
-      const heading = minus(paths.at(Math.min(now + 1, match.length), agent), paths.at(now, agent));
+      const heading = minus(paths[Math.min(now + 1, match.length)][agent], paths[now][agent]);
       this.#predator(where(agent), agent, heading, role[now][agent], agent === chosen);
     }
     for (const agent of prey.filter(free)) this.#prey(where(agent), agent - env.n_predators, true, 0, agent === chosen);
@@ -92,7 +92,7 @@ class Painter {
     const own = colour(agent < env.n_predators ? "predators" : lively ? "prey" : "caught"), ground = colour("panel");
     pen.lineCap = "round";
     for (let t = first; t <= now; t++) {
-      const from = paths.at(t, agent), to = t < now ? paths.at(t + 1, agent) : place, fresh = 1 - (now - t) / (length + 1);
+      const from = paths[t][agent], to = t < now ? paths[t + 1][agent] : place, fresh = 1 - (now - t) / (length + 1);
       if (from[0] === to[0] && from[1] === to[1]) continue;
       pen.strokeStyle = mix(own, ground, 0.15 + 0.6 * fresh); // opaque, because pieces overlap
       pen.lineWidth = this.radius * (0.15 + 0.3 * fresh);

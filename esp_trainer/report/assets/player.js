@@ -4,8 +4,8 @@ const PACE = 12; // steps per second
 
 class Player {
   constructor(data, on) {
-    const { env, thresholds, behaviours, moves } = data.world;
-    Object.assign(this, { data, env, thresholds, on });
+    const { env, behaviours, moves } = data.world;
+    Object.assign(this, { data, env, on });
     this.game = new Game(data.world);
     this.sides = data.runs.map((run) => run.sides && { predators: new Side(run.sides.predators), prey: new Side(run.sides.prey) });
     this.painter = new Painter(byId("world"), env);
@@ -37,7 +37,7 @@ class Player {
     const team = (side, { run, n }) => this.sides[run][side].team(n);
     const cells = typeof start === "number" ? this.data.starts[start] : start;
     const match = this.game.match(team("predators", predators), team("prey", prey), cells);
-    return { match, paths: new Paths(match, this.env), ...behavioursOf(match, this.env, this.thresholds) };
+    return { match, ...behavioursOf(match, this.data.world) };
   }
 
   // Return the first start from which the match of the last generations ends with the most prey caught.
@@ -184,7 +184,8 @@ class Player {
     };
     canvas.addEventListener("pointerdown", (event) => {
       const here = this.match.cells[Math.floor(this.time)], at = cellOf(event);
-      const away = here.map((cell) => Math.hypot(...this.scene.paths.shortest(minus(cell, at))));
+      const along = (cell, axis) => displacement(at[axis], cell[axis], this.env.size);
+      const away = here.map((cell) => Math.hypot(along(cell, 0), along(cell, 1)));
       held = away.indexOf(Math.min(...away));
       if (away[held] > Math.max(1, (3 * this.painter.radius) / this.painter.scale)) { held = -1; return; }
       this.pause();

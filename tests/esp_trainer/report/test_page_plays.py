@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from gymnasium.utils import seeding
 
+from esp_trainer.analysis.behaviours.detection import detected
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.analysis.behaviours.roles import ATTACKS, BLOCKS
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
 from esp_trainer.config import RunConfig, SideConfig
@@ -33,7 +35,7 @@ PLAY = """([world, sides, starts, generations]) => {
   const predators = new Side(sides.predators), prey = new Side(sides.prey), played = [];
   for (let n = 0; n < generations; n++) for (const start of starts) {
     const match = game.match(predators.team(n), prey.team(n), start), last = match.length - 1;
-    const marks = behavioursOf(match, world.env, world.thresholds);
+    const marks = behavioursOf(match, world);
     const thoughts = start.map((_, agent) => game.thoughts(match, last, agent)?.votes ?? null);
     played.push({ cells: match.cells, caught: match.caughtAt.map((at) => at < Infinity), actions: match.actions[last],
       found: marks.found, role: marks.role, votes: thoughts.map((votes) => votes && [...votes]) });
@@ -126,18 +128,14 @@ def assert_votes_decide(match: dict[str, Any], history: History) -> None:
 
 def assert_same_marks(matches_: list[dict[str, Any]], paths: Paths) -> None:
     for name, detector in BEHAVIOURS.items():
-        if not detector.of_interaction:
-            continue
-        if paths.n_predators < detector.min_predators or paths.n_prey < detector.min_prey:
-            assert all(name not in match["found"] for match in matches_)
-            continue
-        rows = detector.rule(paths, Thresholds())
-        for i, match in enumerate(matches_):
-            marked = [t for first, last in match["found"].get(name, []) for t in range(first, last + 1)]
-            if rows.ndim == 1:
-                assert bool(marked) == bool(rows[i]), name
-            else:
-                assert marked == np.flatnonzero(rows[i]).tolist(), name
+        if detector.of_interaction:
+            for match, rows in zip(matches_, detector.rows(paths), strict=True):
+                marked = [t for first, last in match["found"].get(name, []) for t in range(first, last + 1)]
+                assert marked == np.flatnonzero(rows).tolist(), name
+    roles = detected(paths, Thresholds()).episodes
+    attacks, blocks = (each.any(axis=3) for each in (roles.attacks, roles.blocks))
+    for match, role in zip(matches_, np.where(attacks, ATTACKS, np.where(blocks, BLOCKS, 0)), strict=True):
+        assert match["role"] == role[: len(match["cells"])].tolist()
 
 
 PAIRS = [
