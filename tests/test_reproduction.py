@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,13 +18,15 @@ from esp_trainer.presets import PRESETS
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 
-from reproduction import measure, paper  # noqa: E402
-from reproduction.arms import ARMS, Arm, _arms, small, world_of  # noqa: E402
-from reproduction.claims import Claim, Verdict, verdicts  # noqa: E402
-from reproduction.results import Results, gather, kept_file, load  # noqa: E402
+from race.measure import gather, is_measured, measured_file  # noqa: E402
+from reproduction import claims, measure  # noqa: E402
+from reproduction.claims import NUMBERS, Claim, Verdict, read_claims, verdicts  # noqa: E402
+from reproduction.results import Results, load  # noqa: E402
+from reproduction.settings import Setting, read_settings, small  # noqa: E402
 
-PANELS = {name: arm for name, arm in ARMS.items() if arm.part == "panel"}
-OTHERS = {name: arm for name, arm in ARMS.items() if arm.part != "panel"}
+SETTINGS = read_settings()
+PANELS = {name: each for name, each in SETTINGS.items() if each.part == "panel"}
+OTHERS = {name: each for name, each in SETTINGS.items() if each.part != "panel"}
 PAPERS = {name for name in PRESETS if name != "smoke" and not name.startswith("race-")}
 """Presets that the report is about; the others have one of their own."""
 MERELY_FITNESS = {"env.prey_fitness", "env.closeness"}
@@ -48,39 +49,36 @@ def differences(a: Any, b: Any) -> set[str]:
 # What is run.
 
 
-def test_every_preset_of_the_paper_and_around_it_is_an_arm():
+def test_every_preset_of_the_paper_and_around_it_is_a_setting():
     assert set(OTHERS) >= PAPERS
     for name in PAPERS:
-        assert ARMS[name].config == preset(name)
+        assert SETTINGS[name].config.replace(seed=0) == preset(name)
 
 
-@pytest.mark.parametrize("arms", [ARMS, small(ARMS)], ids=["whole", "small"])
-def test_arms_are_named_once(arms: dict[str, Arm]):
-    assert all(name == arm.name for name, arm in arms.items())
-    own = [arm for arm in arms.values() if arm.part not in ("panel", "modern")]  # modern is a combination, run again
-    settings = [arm.config.replace(preset="").model_dump_json() for arm in own]
-    assert len(set(settings)) == len(settings), "no setting is run twice"
+@pytest.mark.parametrize("settings", [SETTINGS, small(SETTINGS)], ids=["whole", "small"])
+def test_no_setting_is_run_twice(settings: dict[str, Setting]):
+    own = [each for each in settings.values() if each.part not in ("panel", "modern")]  # modern is a combination again
+    configs = [each.config.replace(preset="").model_dump_json() for each in own]
+    assert len(set(configs)) == len(configs)
 
 
-def test_no_arm_is_lost_to_another_of_its_name():
-    assert [arm.name for arm in _arms()] == list(ARMS)
-
-
-def test_a_run_is_its_arm_with_a_seed():
-    run = ARMS["scaled-3v1"].run(7)
-    assert differences(run, ARMS["scaled-3v1"].config) == {"preset", "seed"}
-    assert (run.preset, run.seed) == ("scaled-3v1", 7)
+def test_a_setting_is_kept_with_what_it_is_and_its_seeds():
+    assert len(OTHERS) == 62
+    assert sum(len(each.runs) for each in OTHERS.values()) == 570
+    assert all(each.meaning for each in OTHERS.values())
+    assert SETTINGS["scaled-3v1"].seeds == list(range(10))
+    assert SETTINGS["modern-3v2"].seeds == list(range(100, 120))
 
 
 def changes(name: str) -> set[str]:
     """What an arm changes in the paper's setting."""
-    config = ARMS[name].config
-    given = {"preset", "generations"} if ARMS[name].part == "sensitivity" else {"preset"}
+    config = SETTINGS[name].config
+    given = {"preset", "generations", "seed"} if SETTINGS[name].part == "sensitivity" else {"preset", "seed"}
     return differences(config, preset(f"paper-3v{config.env.n_prey}")) - given
 
 
-SINGLE = [name for name, arm in OTHERS.items() if name not in PRESETS and arm.part != "combination"]
-COMBINED = [name for name, arm in OTHERS.items() if arm.part == "combination"]
+SINGLE = [name for name, each in OTHERS.items() if name not in PRESETS and each.part != "combination"]
+COMBINED = [name for name, each in OTHERS.items() if each.part == "combination"]
 
 
 @pytest.mark.parametrize("name", COMBINED)
@@ -92,7 +90,7 @@ def test_a_combination_is_made_of_what_was_tried_alone(name: str):
 
 
 @pytest.mark.parametrize("name", SINGLE)
-def test_an_arm_changes_one_thing(name: str):
+def test_a_setting_changes_one_thing(name: str):
     changed = changes(name)
     if name.startswith("shared-fitness"):
         assert changed == {"esp.past_share", "esp.fitness_sharing"}
@@ -106,45 +104,30 @@ def test_an_arm_changes_one_thing(name: str):
 
 
 def test_the_seeds_of_held_out_runs_are_nobody_elses():
-    theirs = {seed for arm in PANELS.values() for seed in arm.seeds}
-    ours = {seed for arm in OTHERS.values() for seed in arm.seeds}
-    fresh = {measure._RESPONSE_SEED + seed for seed in ours}
+    theirs = {seed for each in PANELS.values() for seed in each.seeds}
+    ours = {seed for each in OTHERS.values() for seed in each.seeds}
+    fresh = {measure.RESPONSE_SEED + seed for seed in ours}
     assert theirs
     assert not theirs & ours
     assert not fresh & (theirs | ours)
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_every_arm_meets_held_out_runs_of_its_own_world(name: str):
-    arm = ARMS[name]
-    panel = [each for each in PANELS.values() if world_of(each.config) == world_of(arm.config)]
+def test_every_setting_meets_held_out_runs_of_its_own_world(name: str):
+    panel = [each for each in PANELS.values() if each.world == SETTINGS[name].world]
     assert {each.config.predators.input_scale for each in panel} == {1.0, 0.2}
+    assert sum(len(each.runs) for each in panel) == 6
     for each in panel:
-        env = differences(each.config, arm.config)
+        env = differences(each.config, SETTINGS[name].config)
         assert {field for field in env if field.startswith("env.")} <= MERELY_FITNESS
         assert each.config.predators.policy == each.config.prey.policy == "esp"
 
 
-@pytest.mark.parametrize("arm", small(ARMS).values(), ids=lambda arm: str(arm.name))
-def test_in_small_there_are_held_out_runs_too(arm: Arm):
-    panel = [each for each in small(ARMS).values() if each.part == "panel"]
-    assert world_of(arm.config) in {world_of(each.config) for each in panel}
-
-
-def test_worlds_of_one_name_differ_only_in_fitness():
-    for a in ARMS.values():
-        for b in ARMS.values():
-            env = {field for field in differences(a.config, b.config) if field.startswith("env.")}
-            assert (world_of(a.config) == world_of(b.config)) == (env <= MERELY_FITNESS), (a.name, b.name)
-
-
-def test_an_arm_meets_the_runs_of_all_panels_of_its_world(tmp_path: Path):
-    paths = measure._panel(tmp_path, ARMS["odd-torus-3v1"], PANELS.values())
-    assert sorted(path.relative_to(tmp_path).parts for path in paths) == [
-        (f"panel-3v1-size-101-{scale}", f"seed-{seed}.safetensors")
-        for scale in ("0.2", "1")
-        for seed in (1000, 1001, 1002)
-    ]
+@pytest.mark.parametrize("setting", small(SETTINGS).values(), ids=lambda each: str(each.name))
+def test_in_small_there_are_held_out_runs_too(setting: Setting):
+    panel = [each for each in small(SETTINGS).values() if each.part == "panel"]
+    assert setting.world in [each.world for each in panel]
+    assert len(setting.runs) == 2
 
 
 # The rule.
@@ -154,69 +137,61 @@ def comparison(low: float, high: float, p: float = 1.0) -> Comparison:
     return Comparison((low + high) / 2, low, high, 0.0, p)
 
 
-def claim(direction: int, margin: float = 0.1, arms: tuple[str, ...] = (), found: Comparison | None = None) -> Claim:
-    return Claim(
-        "I", "so it is", arms, "a number", lambda results: found or comparison(0, 0), direction, margin, "success"
-    )
+def claim(expects: str, settings: tuple[str, ...] = (), margin: float = 0.1) -> Claim:
+    return Claim("I", "so it is", list(settings), "late", "a number", expects, margin, "success")
 
 
 SURE, UNSURE = 0.049, 0.05
 
 
 @pytest.mark.parametrize(
-    ("direction", "low", "high", "p", "word"),
+    ("expects", "low", "high", "p", "word"),
     [
         # More.
-        (1, 0.2, 0.4, SURE, "supported"),
-        (1, 0.01, 0.4, SURE, "supported"),  # it may be small
-        (1, 0.2, 0.4, UNSURE, "undecided"),
-        (1, -0.2, 0.4, UNSURE, "undecided"),
-        (1, -0.2, 0.1, UNSURE, "undecided"),  # 0.1 would matter
-        (1, -0.2, 0.09, UNSURE, "not supported"),
-        (1, 0.01, 0.09, SURE, "not supported"),  # it is there, and does not matter
-        (1, -0.4, -0.2, SURE, "not supported"),
-        (1, -0.4, 0.2, SURE, "not supported"),  # the contrary, by the test
-        # Less: the same mirrored.
-        (-1, -0.4, -0.2, SURE, "supported"),
-        (-1, -0.4, -0.01, SURE, "supported"),
-        (-1, -0.4, -0.2, UNSURE, "undecided"),
-        (-1, -0.4, 0.2, UNSURE, "undecided"),
-        (-1, -0.1, 0.2, UNSURE, "undecided"),
-        (-1, -0.09, 0.2, UNSURE, "not supported"),
-        (-1, -0.09, -0.01, SURE, "not supported"),
-        (-1, 0.2, 0.4, SURE, "not supported"),
+        ("more", 0.2, 0.4, SURE, "supported"),
+        ("more", 0.01, 0.4, SURE, "supported"),  # it may be small
+        ("more", 0.2, 0.4, UNSURE, "undecided"),
+        ("more", -0.2, 0.4, UNSURE, "undecided"),
+        ("more", -0.2, 0.1, UNSURE, "undecided"),  # 0.1 would matter
+        ("more", -0.2, 0.09, UNSURE, "not supported"),
+        ("more", 0.01, 0.09, SURE, "not supported"),  # it is there, and does not matter
+        ("more", -0.4, -0.2, SURE, "not supported"),
+        ("more", -0.4, 0.2, SURE, "not supported"),  # the contrary, by the test
         # No change.
-        (0, -0.09, 0.09, UNSURE, "supported"),
-        (0, 0.01, 0.09, SURE, "supported"),  # a change that does not matter
-        (0, -0.1, 0.09, UNSURE, "undecided"),
-        (0, -0.09, 0.1, UNSURE, "undecided"),
-        (0, 0.2, 0.4, SURE, "not supported"),
-        (0, -0.4, -0.2, SURE, "not supported"),
-        (0, 0.2, 0.4, UNSURE, "undecided"),
-        (0, 0.01, 0.17, SURE, "undecided"),  # a change, but perhaps a small one
+        ("no change", -0.09, 0.09, UNSURE, "supported"),
+        ("no change", 0.01, 0.09, SURE, "supported"),  # a change that does not matter
+        ("no change", -0.1, 0.09, UNSURE, "undecided"),
+        ("no change", -0.09, 0.1, UNSURE, "undecided"),
+        ("no change", 0.2, 0.4, SURE, "not supported"),
+        ("no change", -0.4, -0.2, SURE, "not supported"),
+        ("no change", 0.2, 0.4, UNSURE, "undecided"),
+        ("no change", 0.01, 0.17, SURE, "undecided"),  # a change, but perhaps a small one
         # Too few seeds for an interval.
-        (1, -np.inf, np.inf, UNSURE, "undecided"),
-        (0, -np.inf, np.inf, UNSURE, "undecided"),
+        ("more", -np.inf, np.inf, UNSURE, "undecided"),
+        ("no change", -np.inf, np.inf, UNSURE, "undecided"),
     ],
 )
-def test_verdicts_follow_from_interval_and_test(direction: int, low: float, high: float, p: float, word: str):
+def test_verdicts_follow_from_interval_and_test(expects: str, low: float, high: float, p: float, word: str):
     found = comparison(low, high) if np.isfinite(low) else Comparison(0.5, low, high, 0.0, p)
-    assert Verdict(claim(direction), found, p).word == word
+    assert Verdict(claim(expects), found, p).word == word
 
 
-def test_claims_are_corrected_together():
+def test_claims_are_corrected_together(monkeypatch: pytest.MonkeyPatch):
     found = [comparison(0.2, 0.4, p) for p in (0.02, 0.001, 0.03)]
-    three = verdicts([claim(1, found=each) for each in found], {})
+    tests = iter([*found, found[2]])
+    monkeypatch.setattr(claims, "test", lambda claim, results: next(tests))
+    three = verdicts([claim("more")] * 3, {})
     assert [each.found for each in three] == found
     assert [each.p for each in three] == pytest.approx([0.04, 0.003, 0.04])  # by hand: 2, 3 and 1 times, and no less
     assert [each.word for each in three] == ["supported"] * 3
-    (one,) = verdicts([claim(1, found=found[2])], {})
+    (one,) = verdicts([claim("more")], {})
     assert one.p == 0.03
 
 
-def test_a_claim_whose_settings_are_not_there_is_left_out():
-    results = {"a": Results(ARMS["paper-3v1"], {})}
-    given = [claim(1, arms=("a",)), claim(1, arms=("a", "b")), claim(1, arms=("b",))]
+def test_a_claim_whose_settings_are_not_there_is_left_out(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(claims, "test", lambda claim, results: comparison(0, 0))
+    results = {"a": Results(SETTINGS["paper-3v1"], {})}
+    given = [claim("more", ("a",)), claim("more", ("a", "b")), claim("more", ("b",))]
     assert [each.claim for each in verdicts(given, results)] == given[:1]
     assert verdicts(given[1:], results) == []
 
@@ -226,7 +201,7 @@ def test_a_claim_whose_settings_are_not_there_is_left_out():
 
 def results(**arrays: Any) -> Results:
     """Of two seeds."""
-    return Results(ARMS["paper-3v1"], {name.replace("__", "."): np.array(value) for name, value in arrays.items()})
+    return Results(SETTINGS["paper-3v1"], {name.replace("__", "."): np.array(value) for name, value in arrays.items()})
 
 
 def test_late_is_the_last_third_of_a_curve():
@@ -287,49 +262,55 @@ def test_a_behaviour_is_its_rate_over_chance_or_of_one_agent_its_rate():
 
 
 def test_results_are_kept_until_their_setting_changes(tmp_path: Path):
-    runs, kept, arm = tmp_path / "runs", tmp_path / "kept", small(ARMS)["paper-3v1"]
-    for seed in arm.seeds:
-        assert load(kept, arm) is None
-        path = measure.measured_file(runs, arm, seed)
+    runs, kept, setting = tmp_path / "runs", tmp_path / "kept", small(SETTINGS)["paper-3v1"]
+    for run in setting.runs:
+        assert load(kept, setting) is None
+        path = measured_file(runs, run)
         path.parent.mkdir(parents=True, exist_ok=True)
-        arrays = {"generations": np.array([0, 1]), "seed": np.array(seed)}
-        for about in ("", "{}", ARMS["paper-3v1"].run(seed).model_dump_json()):
-            np.savez_compressed(path, about=np.array(about), **arrays)
-            assert not measure.is_measured(runs, arm, seed), "another world's measurements, or nobody's"
-        np.savez_compressed(path, about=np.array(arm.run(seed).model_dump_json()), **arrays)
-        assert measure.is_measured(runs, arm, seed)
-        gather(runs, kept, arm)
-    found = load(kept, arm)
+        (runs / run.name).mkdir()
+        seed = np.array(run.config.seed)
+        for config in ("", SETTINGS["paper-3v1"].config.model_dump_json()):
+            np.savez_compressed(path, config=np.array(config), seed=seed)
+            assert not is_measured(runs, run), "another world's measurements, or nobody's"
+        np.savez_compressed(path, config=np.array(run.config.model_dump_json()), seed=seed)
+        assert is_measured(runs, run)
+        gather(runs, setting.runs, kept)
+    found = load(kept, setting)
     assert found is not None
-    assert found["seed"].tolist() == list(arm.seeds)
-    assert found["generations"].tolist() == [[0, 1]] * len(arm.seeds)
-    assert "about" not in found
-    assert load(kept, ARMS["paper-3v1"]) is None, "the same name in another world"
-    assert [file.name for file in kept.iterdir()] == [kept_file(kept, arm).name]
+    assert found["seed"].tolist() == setting.seeds
+    assert "config" not in found
+    assert load(kept, SETTINGS["paper-3v1"]) is None, "the same name in another world"
+    assert [file.name for file in kept.iterdir()] == ["paper-3v1.npz"]
 
 
-def test_what_was_measured_before_a_setting_existed_counts_as_measured_with_its_default(tmp_path: Path):
-    arm = small(ARMS)["paper-3v1"]
-    path = measure.measured_file(tmp_path, arm, 0)
-    path.parent.mkdir(parents=True)
-    told = arm.run(0).model_dump()
+def test_what_was_measured_before_a_field_existed_counts_with_its_default(tmp_path: Path):
+    setting = small(SETTINGS)["paper-3v1"]
+    told = setting.config.model_dump()
     del told["prey"]["choice"]
-    np.savez_compressed(path, about=np.array(json.dumps(told)))
-    assert measure.is_measured(tmp_path, arm, 0)
+    about = {"config": told, "seeds": setting.seeds}
+    np.savez_compressed(tmp_path / "paper-3v1.npz", about=np.array(json.dumps(about)))
+    assert load(tmp_path, setting) is not None
     told["prey"]["choice"] = "drawn"
-    np.savez_compressed(path, about=np.array(json.dumps(told)))
-    assert not measure.is_measured(tmp_path, arm, 0)
+    np.savez_compressed(tmp_path / "paper-3v1.npz", about=np.array(json.dumps(about)))
+    assert load(tmp_path, setting) is None
+
+
+@pytest.mark.parametrize("name", ["paper-3v1", "fleeing-prey", "modern-3v2"])
+def test_the_measurements_in_the_repository_are_of_the_settings_of_today(name: str):
+    found = load(SCRIPTS.parent / "docs" / "reproduction" / "data", SETTINGS[name])
+    assert found is not None
+    assert found.n_seeds == len(SETTINGS[name].runs)
 
 
 # The claims.
 
 
-def made_up(arm: Arm, level: float, slope: float) -> Results:
-    """As if all seeds of an arm had been measured: shares that rise, and every behaviour seen to the same degree."""
-    n, rows = len(arm.seeds), np.arange(12)
+def made_up(setting: Setting, level: float, slope: float) -> Results:
+    """Return measurements of all seeds of a setting: fractions that rise, and every behaviour to the same degree."""
+    n, rows = len(setting.runs), np.arange(12)
     noise = 0.001 * np.random.default_rng(0).random((n, 1))
-    generations = np.linspace(0, arm.config.generations - 1, 12).round().astype(int)
-    curve = np.full((n, arm.config.generations), level) + noise
+    generations = np.linspace(0, setting.config.generations - 1, 12).round().astype(int)
+    curve = np.full((n, setting.config.generations), level) + noise
     better = level + slope * rows[None, :, None] / 11 + noise[..., None]
     arrays = {
         "generations": np.repeat(generations[None], n, axis=0),
@@ -337,56 +318,57 @@ def made_up(arm: Arm, level: float, slope: float) -> Results:
         **{f"{table}.predators": better for table in ("panel", "scripts")},
         **{f"{table}.prey": 1 - better for table in ("panel", "scripts")},
     }
-    names = [m.group(1) for c in paper.CLAIMS if (m := re.match(r"rate over chance.*: (.+)", c.measure))]
-    for name in names:
+    for name in {each.of for each in read_claims() if each.number == "behaviour"}:
         arrays[f"behaviour.{name}"] = np.stack([level + 0 * better[..., 0] + noise, 0 * better[..., 0]], axis=-1)
-    return Results(arm, arrays)
+    return Results(setting, arrays)
 
 
 def word_of(results: dict[str, Results], says: str, section: str) -> Verdict:
-    (found,) = (v for v in verdicts(paper.CLAIMS, results) if v.claim.says == says and v.claim.section == section)
+    (found,) = (v for v in verdicts(read_claims(), results) if v.claim.says == says and v.claim.section == section)
     return found
 
 
 def test_every_claim_is_about_settings_that_are_run_and_figures_that_are_drawn():
     drawn = {"success", "ciao", "master", "global", "behaviours", "parity", "ablations", "scripts"}
-    for each in paper.CLAIMS:
-        assert set(each.arms) <= set(OTHERS)
+    for each in read_claims():
+        assert set(each.settings) <= set(OTHERS)
+        assert len(each.settings) in (1, 2)
         assert each.figure in drawn
-        assert each.direction in (-1, 0, 1)
+        assert each.number in {*NUMBERS, "cycles"}
+        assert each.expects in ("more", "no change")
         assert each.margin > 0
 
 
 def test_verdicts_come_out_as_the_measurements_say():
-    progress = {name: made_up(arm, 0.3, 0.4) for name, arm in OTHERS.items()}
-    found = verdicts(paper.CLAIMS, progress)
-    assert len(found) == len(paper.CLAIMS)
+    progress = {name: made_up(each, 0.3, 0.4) for name, each in OTHERS.items()}
+    found = verdicts(read_claims(), progress)
+    assert len(found) == len(read_claims())
     assert [each.p for each in found] == pytest.approx(holm([each.found.p for each in found]))
     assert word_of(progress, "split networks sustain an arms race with a single prey", "VI.B").word == "supported"
     assert word_of(progress, "the prey baits", "VI.B").word == "supported"
     assert word_of(progress, "... and it stagnates", "VI.A").word == "not supported"
     assert word_of(progress, "more hidden neurons do not help it", "VI.A").word == "supported"
-    stagnation = {name: made_up(arm, 0.0, 0.0) for name, arm in OTHERS.items()}
+    stagnation = {name: made_up(each, 0.0, 0.0) for name, each in OTHERS.items()}
     assert word_of(stagnation, "split networks sustain an arms race with a single prey", "VI.B").word == "not supported"
     assert word_of(stagnation, "the prey baits", "VI.B").word == "not supported"
     assert word_of(stagnation, "... and it stagnates", "VI.A").word == "supported"
 
 
 def test_two_settings_are_compared_in_the_direction_of_the_claim():
-    both = {name: made_up(ARMS[name], 0.2, 0.0) for name in ("paper-3v1", "monolithic-3v1")}
-    both["monolithic-3v1"] = made_up(ARMS["monolithic-3v1"], 0.7, 0.0)
+    both = {name: made_up(SETTINGS[name], 0.2, 0.0) for name in ("paper-3v1", "monolithic-3v1")}
+    both["monolithic-3v1"] = made_up(SETTINGS["monolithic-3v1"], 0.7, 0.0)
     easily = word_of(both, "... more often than a prey with split networks", "VI.A")
     assert easily.found.difference == pytest.approx(0.5, abs=0.01)
     assert easily.word == "supported"
-    swapped = {"paper-3v1": made_up(ARMS["paper-3v1"], 0.7, 0.0), "monolithic-3v1": both["paper-3v1"]}
+    swapped = {"paper-3v1": made_up(SETTINGS["paper-3v1"], 0.7, 0.0), "monolithic-3v1": both["paper-3v1"]}
     assert word_of(swapped, "... more often than a prey with split networks", "VI.A").word == "not supported"
 
 
 def test_worse_evasion_is_more_prey_caught_by_held_out_predators():
     """The made-up prey are caught less the higher the level is."""
     both = {
-        "paper-3v1": made_up(ARMS["paper-3v1"], 0.8, 0),
-        "complementary-3v1": made_up(ARMS["complementary-3v1"], 0.3, 0),
+        "paper-3v1": made_up(SETTINGS["paper-3v1"], 0.8, 0),
+        "complementary-3v1": made_up(SETTINGS["complementary-3v1"], 0.3, 0),
     }
     found = word_of(both, "complementary prey fitness gives worse evasion, one prey", "V")
     assert found.found.difference == pytest.approx(0.5, abs=0.01)

@@ -14,7 +14,9 @@ import pytest
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 
-from reproduction.arms import ARMS, small  # noqa: E402
+from reproduction.settings import read_settings, small  # noqa: E402
+
+SETTINGS = small(read_settings())
 
 
 def reproduce(place: Path, *options: str) -> subprocess.CompletedProcess[str]:
@@ -33,7 +35,7 @@ def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("reproduction")
     done = reproduce(place)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.endswith(f"reproduction.md: {len(small(ARMS)) - 2} of {len(small(ARMS)) - 2} settings\n")
+    assert done.stdout.endswith(f"reproduction.md: {len(SETTINGS) - 2} of {len(SETTINGS) - 2} settings\n")
     return place
 
 
@@ -65,7 +67,7 @@ def test_the_report_links_to_figures_with_their_data(reproduced: Path):
         header, *rows = (reproduced / "out" / figure).with_suffix(".csv").read_text().splitlines()
         assert header
         assert rows
-    names = {name for name, arm in small(ARMS).items() if arm.part != "panel"}
+    names = {name for name, each in SETTINGS.items() if each.part != "panel"}
     kept = {path.stem for path in (reproduced / "out" / "reproduction" / "data").iterdir()}
     assert names <= kept <= {*names, "moments"}
     assert "nan" not in re.findall(r"[a-z]+", page + supplement)
@@ -96,18 +98,21 @@ def test_what_is_done_is_not_done_again_and_what_is_lost_is(reproduced: Path, tm
     before, kept_before = times(runs), times(kept)
     page = (place / "out" / "reproduction.md").read_text()
     csvs = {path.name: path.read_text() for path in (place / "out" / "reproduction").glob("*.csv")}
-    lost = "paper-3v1/seed-1.safetensors"
-    run, measured = (runs / lost).read_bytes(), (runs / "paper-3v1/seed-1.npz")
+    lost = runs / "paper-3v1-seed1"
+    run, measured = (lost / "metrics.jsonl").read_bytes(), runs / "measured/paper-3v1-seed1.npz"
     arrays = dict(np.load(kept / "paper-3v1.npz"))
-    (runs / lost).unlink()
+    shutil.rmtree(lost)
     measured.unlink()
     (kept / "paper-3v1.npz").unlink()
     done = reproduce(place)
     assert done.returncode == 0, done.stderr
     after, kept_after = times(runs), times(kept)
-    assert {name for name in after if after[name] != before.get(name)} == {lost, "paper-3v1/seed-1.npz"}
+    assert {name.split("/")[0] for name in after if after[name] != before.get(name)} == {lost.name, "measured"}
+    assert [name for name in after if name.startswith("measured") and after[name] != before[name]] == [
+        "measured/paper-3v1-seed1.npz"
+    ]
     assert set(after) == set(before)
-    assert (runs / lost).read_bytes() == run
+    assert (lost / "metrics.jsonl").read_bytes() == run
     changed = {name for name in kept_after if kept_after[name] != kept_before[name]}
     assert changed - {"moments.npz"} == {"paper-3v1.npz"}
     for name, array in np.load(kept / "paper-3v1.npz").items():

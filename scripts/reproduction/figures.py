@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 
 from esp_trainer.analysis import plots, progress
 from esp_trainer.analysis.inference import over_seeds
-from reproduction.arms import PARITY_ARMS
 from reproduction.results import Results
+from reproduction.settings import PARITY
 
 All = Mapping[str, Results]
 
@@ -24,7 +24,7 @@ _TASKS = {"one prey": _ONE_PREY, "two prey": _TWO_PREY}
 
 
 def success(results: All, place: Path) -> None:
-    """Champion against champion, by generation."""
+    """Draw the fraction caught, champion against champion, by generation."""
     figure, axes = plots.panels(2, width=4.6, columns=2)
     data: dict[str, np.ndarray] = {}
     for panel, (task, arms) in zip(axes, _TASKS.items(), strict=True):
@@ -40,7 +40,7 @@ def success(results: All, place: Path) -> None:
 
 
 def ciao(results: All, place: Path) -> None:
-    """Who catches whom, mean over seeds."""
+    """Draw who catches whom, mean over seeds."""
     arms = [arm for task in _TASKS.values() for arm in task if arm in results]
     figure, axes = plots.panels(len(arms), width=3.7, height=3.2)
     tables = []
@@ -55,7 +55,7 @@ def ciao(results: All, place: Path) -> None:
 
 
 def _both_sides(results: All, place: Path, name: str, ylabel: str, sides: str) -> None:
-    """A row of panels for each task: predators' and prey's curves of its arms."""
+    """Draw a row of panels for each task: predators' and prey's curves of its settings."""
     figure, axes = plots.panels(4, width=4.6, columns=2)
     data: dict[str, np.ndarray] = {}
     for row, (task, arms) in enumerate(_TASKS.items()):
@@ -81,17 +81,17 @@ def _both_sides(results: All, place: Path, name: str, ylabel: str, sides: str) -
 
 
 def master(results: All, place: Path) -> None:
-    """Master tournament: against all opponents of the own run."""
+    """Draw the master tournament: against all opponents of the own run."""
     _both_sides(results, place, "master", "prey {}, own opponents", "own")
 
 
 def held_out(results: All, place: Path) -> None:
-    """Against the panel of held-out runs."""
+    """Draw results against the panel of held-out runs."""
     _both_sides(results, place, "global", "prey {}, held-out opponents", "panel")
 
 
 def behaviours(results: All, place: Path) -> None:
-    """Rates over chance by generation, with intervals over seeds."""
+    """Draw rates beyond chance by generation, with intervals over seeds."""
     arms = [arm for arm in ("paper-3v1", "paper-3v2") if arm in results]
     names = [key.removeprefix("behaviour.") for key in results[arms[-1]].arrays if key.startswith("behaviour.")]
     figure, axes = plots.panels(len(names), width=3.1, height=2.1, columns=4)
@@ -113,7 +113,7 @@ def behaviours(results: All, place: Path) -> None:
 
 
 def scripts(results: All, place: Path) -> None:
-    """Predators against prey that never change: the one they evolved against, and scripts that they never met."""
+    """Draw predators against the fixed prey that they evolved against, and against scripts that they never met."""
     figure, axes = plots.panels(2, width=4.6, columns=2)
     arms = {
         axes[0]: ("fleeing-prey", "fleeing-prey-central"),
@@ -134,8 +134,8 @@ def scripts(results: All, place: Path) -> None:
 
 
 def parity(results: All, place: Path) -> None:
-    """Captures by how many predators start at an even distance, by generation."""
-    arms = [arm for arm in PARITY_ARMS if arm in results]
+    """Draw captures by the number of predators that start at an even distance."""
+    arms = [arm for arm in PARITY if arm in results]
     figure, axes = plots.panels(len(arms), width=3.7, height=2.8)
     data: dict[str, np.ndarray] = {}
     for panel, arm in zip(axes, arms, strict=True):
@@ -150,32 +150,33 @@ def parity(results: All, place: Path) -> None:
     plots.save(figure, place / "parity.png", data)
 
 
-def forest(results: All, place: Path, name: str, parts: tuple[str, ...], until: int | None = None) -> None:
-    """Progress against held-out opponents, by arm: predators, prey, and the lesser of the two; the paper's own settings
-    are always there, to compare with.
+def forest(results: All, place: Path, name: str, parts: tuple[str, ...]) -> None:
+    """Draw progress against held-out opponents by setting: predators, prey, and the lesser of the two.
+
+    The paper's own settings are always there, to compare with.
     """
     own = ("paper-3v1", "paper-3v2")
-    rows = [found for name, found in results.items() if found.arm.part in parts or name in own]
+    rows = [found for name, found in results.items() if found.setting.part in parts or name in own]
     tasks = {
-        "one prey": [r for r in rows if r.arm.config.env.n_prey == 1],
-        "two prey": [r for r in rows if r.arm.config.env.n_prey == 2],
+        "one prey": [r for r in rows if r.setting.config.env.n_prey == 1],
+        "two prey": [r for r in rows if r.setting.config.env.n_prey == 2],
     }
     tasks = {task: [r for r in arms if "panel.prey" in r and "panel.predators" in r] for task, arms in tasks.items()}
     figure, axes = plots.panels(2, width=5.2, height=0.8 + 0.28 * max(map(len, tasks.values())), columns=2)
     table: list[tuple[str, str, float, float, float]] = []
     for panel, (task, arms) in zip(axes, tasks.items(), strict=True):
         for y, found in enumerate(arms[::-1]):
-            table += _row(panel, y, found, until)
+            table += _row(panel, y, found)
         panel.axvline(0, color="0.7", linewidth=0.6)
-        panel.set(title=task, yticks=range(len(arms)), yticklabels=[found.arm.name for found in arms[::-1]])
+        panel.set(title=task, yticks=range(len(arms)), yticklabels=[found.setting.name for found in arms[::-1]])
         panel.set_xlabel("progress against held-out opponents, share of prey")
     plots.legend(next(panel for panel, arms in zip(axes, tasks.values(), strict=True) if arms))
     columns = zip(*table, strict=True)
     plots.save(figure, place / f"{name}.png", dict(zip(("arm", "side", "mean", "low", "high"), columns, strict=True)))
 
 
-def _row(panel: Axes, y: int, found: Results, until: int | None) -> list[tuple[str, str, float, float, float]]:
-    both = found.global_progress(until=until)
+def _row(panel: Axes, y: int, found: Results) -> list[tuple[str, str, float, float, float]]:
+    both = found.global_progress()
     sides = {
         "predators": (plots.PREDATORS, "o", np.array([side.predators.strength for side in both])),
         "prey": (plots.PREY, "s", np.array([side.prey.strength for side in both])),
@@ -187,5 +188,5 @@ def _row(panel: Axes, y: int, found: Results, until: int | None) -> list[tuple[s
         label = name if y == 0 else None
         panel.plot([estimate.low, estimate.high], [y + offset] * 2, color=colour, linewidth=1)
         panel.plot(estimate.mean, y + offset, marker, color=colour, markersize=3.5, label=label)
-        rows.append((found.arm.name, name, estimate.mean, estimate.low, estimate.high))
+        rows.append((found.setting.name, name, estimate.mean, estimate.low, estimate.high))
     return rows

@@ -14,7 +14,6 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.moments import best_moment
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.evaluation.fused import FusedEvaluator
-from reproduction.evolve import history_file
 from reproduction.results import Results
 
 _SHOWN = [name for name, detector in BEHAVIOURS.items() if detector.of_interaction]
@@ -35,24 +34,25 @@ def find(runs: Path, results: Mapping[str, Results], kept: Path) -> None:
 
 
 def _best(runs: Path, results: Results, name: str) -> tuple[dict[str, object], np.ndarray] | None:
-    """Where it was from and the cells of the steps, int ``(n_steps, n_agents, 2)``; None if it was never seen."""
+    """Return the origin of the best moment and its cells, int ``(n_steps, n_agents, 2)``; None if it was never seen."""
     rates = np.nan_to_num(results[f"behaviour.{name}"][..., 0].astype(float))
     run, watched = np.unravel_index(rates.argmax(), rates.shape)
-    seed, generation = results.arm.seeds[run], int(results["watched"][run][watched])
-    path = history_file(runs, results.arm, seed)
+    planned, generation = results.setting.runs[run], int(results["watched"][run][watched])
+    path = runs / planned.name
     if rates[run, watched] <= 0 or not path.exists():
         return None
-    history = History.load(path)
+    history = History.of_run(path)
     moment = best_moment(name, *episodes(history, FusedEvaluator(history.config.env), generation))
     if moment is None:
         return None
     first, last = moment.shown
-    about = {"arm": results.arm.name, "seed": seed, "generation": generation, "rate": float(rates[run, watched])}
+    about = {"arm": planned.cell, "seed": planned.config.seed, "generation": generation}
+    about["rate"] = float(rates[run, watched])
     return about, moment.cells[first : last + 1]
 
 
 def draw(results: Mapping[str, Results], kept: Path, place: Path) -> None:
-    """All moments in one figure; of a behaviour that no detector ever saw, an empty panel that says so."""
+    """Draw all moments in one figure; a behaviour that no detector ever saw has an empty panel that says so."""
     file = kept / "moments.npz"
     moments = dict(np.load(file)) if file.exists() else {}
     figure, axes = plots.panels(len(_SHOWN), width=2.6, height=2.8, columns=4)
@@ -62,7 +62,7 @@ def draw(results: Mapping[str, Results], kept: Path, place: Path) -> None:
             panel.set(title=f"{name}: never seen", xticks=[], yticks=[])
             continue
         about, cells = json.loads(str(moments[f"{name}, about"])), moments[name].astype(int)
-        env = results[about["arm"]].arm.config.env
+        env = results[about["arm"]].setting.config.env
         middle = env.size // 2 - cells[-1, env.n_predators]  # the torus has no edge: the prey goes to the middle
         data = plots.trajectories(panel, (cells + middle) % env.size, env.n_predators, env.size)
         panel.set_title(f"{name}\n{about['arm']}, seed {about['seed']}, gen. {about['generation']}", fontsize=8)

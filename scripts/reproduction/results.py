@@ -1,4 +1,4 @@
-"""The measurements of all runs, by arm, with a seed a row; and the numbers that claims are made of."""
+"""The measurements of a setting, with a seed a row, and the numbers that claims are made of."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
+from esp_trainer import RunConfig
 from esp_trainer.analysis import games, progress
 from esp_trainer.analysis.behaviours.counts import is_alone, over_chance
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.phases import Alternation, alternation
 from esp_trainer.analysis.progress import Progress
-from reproduction.arms import Arm
-from reproduction.measure import config_of, is_measured, measured_file
+from reproduction.settings import Setting
 
 CHANCE = 0.05
 """How often success may alternate as much by chance."""
 
 
 class Results:
-    """What was measured of one arm: arrays by name, each ``(n_seeds, ...)``."""
+    """The measurements of one setting: arrays by name, each ``(n_seeds, ...)``."""
 
-    def __init__(self, arm: Arm, arrays: Mapping[str, np.ndarray]) -> None:
-        self.arm = arm
+    def __init__(self, setting: Setting, arrays: Mapping[str, np.ndarray]) -> None:
+        self.setting = setting
         self.arrays = arrays
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -36,7 +36,7 @@ class Results:
 
     @property
     def n_seeds(self) -> int:
-        """Runs."""
+        """Number of runs."""
         return len(self.arrays["generations"])
 
     @property
@@ -51,17 +51,17 @@ class Results:
 
     @property
     def episodes(self) -> int:
-        """Behind each share of :attr:`caught`."""
-        return int(self["met"][0].sum()) // self.arm.config.env.n_prey
+        """Number of episodes behind each fraction of :attr:`caught`."""
+        return int(self["met"][0].sum()) // self.setting.config.env.n_prey
 
     def late(self, curve: str) -> np.ndarray:
-        """A curve's mean over the last third of the run, ``(n_seeds,)``."""
+        """Return a curve's mean over the last third of the run, ``(n_seeds,)``."""
         values = self[f"curve.{curve}"].astype(float)
         return np.asarray(values[:, -(values.shape[1] // 3) :].mean(axis=1))
 
     def late_share(self, name: str, until: int | None = None) -> np.ndarray:
-        """Shares of prey caught in a table ``(n_seeds, G, n_opponents)``: mean over the last sixth of the generations,
-        and over the opponents, ``(n_seeds,)``.
+        """Return the mean fraction of prey caught in a table ``(n_seeds, G, n_opponents)``, over the opponents and the
+        last sixth of the generations: ``(n_seeds,)``.
         """
         rows = np.flatnonzero(self._rows(0, until))
         values = self[name][:, rows[-max(1, len(rows) // 6) :]].astype(float)
@@ -72,7 +72,7 @@ class Results:
         return (self.generations >= since) & (self.generations < (until or np.inf))
 
     def global_progress(self, since: int = 0, until: int | None = None) -> list[Sides[Progress]]:
-        """Each run's progress against the held-out panel, between two generations."""
+        """Return each run's progress against the held-out panel, between two generations."""
         rows = self._rows(since, until)
         hunted, hunting = self["panel.predators"].astype(float), self["panel.prey"].astype(float)
         return [
@@ -81,11 +81,11 @@ class Results:
         ]
 
     def historical_progress(self) -> list[Sides[Progress]]:
-        """Each run's progress against its own opponents."""
+        """Return each run's progress against its own opponents."""
         return [progress.historical_progress(caught) for caught in self.caught]
 
     def two_sided(self, since: int = 0, until: int | None = None) -> np.ndarray:
-        """The lesser side's global progress, ``(n_seeds,)``."""
+        """Return the lesser side's global progress, ``(n_seeds,)``."""
         return np.array([progress.two_sided(both) for both in self.global_progress(since, until)])
 
     @property
@@ -94,7 +94,7 @@ class Results:
         return int(self["curve.caught"].shape[1] // 2)
 
     def cyclic_share(self) -> np.ndarray:
-        """Share of who beats whom that depends on the opponent, ``(n_seeds,)``."""
+        """Return the cyclic fraction of each run's win matrix, ``(n_seeds,)``."""
         return np.array([1 - games.decompose(caught, self.episodes).transitive_share for caught in self.caught])
 
     @cached_property
@@ -111,45 +111,27 @@ class Results:
         return [each.count >= 2 and each.p <= CHANCE for each in self.alternations]
 
     def behaviour(self, name: str) -> np.ndarray:
-        """Rate over chance by watched generation, ``(n_seeds, n_watched)``; for behaviours of one agent, the rate."""
+        """Return a behaviour's rate beyond chance by watched generation, ``(n_seeds, n_watched)``.
+
+        For behaviours of one agent it is the rate.
+        """
         rate, null = np.moveaxis(self[f"behaviour.{name}"].astype(float), -1, 0)
         return over_chance(rate, null, alone=is_alone(name))
 
 
-def kept_file(kept: Path, arm: Arm) -> Path:
-    """Return the file for the results of an arm."""
-    return kept / f"{arm.name}.npz"
-
-
-def load(kept: Path, arm: Arm) -> Results | None:
-    """The results of an arm, if they are there, complete, and of this very setting."""
-    file = kept_file(kept, arm)
+def load(kept: Path, setting: Setting) -> Results | None:
+    """Return the results of a setting, or None if there are none of these very runs."""
+    file = kept / f"{setting.name}.npz"
     if not file.exists():
         return None
     with np.load(file) as arrays:
         found = dict(arrays)
-    return Results(arm, found) if _is_about(str(found.pop("about", "{}")), arm) else None
+    told = json.loads(str(found.pop("about"))) if "about" in found else {}  # of all seeds, until this was "config"
+    configs = [json.loads(config) for config in found.pop("config", np.empty(0, str)).tolist()]
+    configs = configs or [{**told["config"], "seed": seed} for seed in told["seeds"]]
+    same = [_named_alike(RunConfig.from_dict(config)) for config in configs]
+    return Results(setting, found) if same == [_named_alike(run.config) for run in setting.runs] else None
 
 
-def gather(place: Path, kept: Path, arm: Arm) -> None:
-    """Keep what was measured of an arm's runs in one compressed file; nothing while some are missing."""
-    if not all(is_measured(place, arm, seed) for seed in arm.seeds):
-        return
-    each = [dict(np.load(measured_file(place, arm, seed))) for seed in arm.seeds]
-    arrays = {name: np.stack([found[name] for found in each]) for name in each[0] if name != "about"}
-    kept.mkdir(parents=True, exist_ok=True)
-    beside = kept_file(kept, arm).with_suffix(".part")
-    with beside.open("wb") as file:
-        np.savez_compressed(file, about=np.array(_about(arm)), **arrays)
-    beside.replace(kept_file(kept, arm))
-
-
-def _about(arm: Arm) -> str:
-    return json.dumps({"config": arm.config.model_dump(), "seeds": arm.seeds})
-
-
-def _is_about(about: str, arm: Arm) -> bool:
-    told = json.loads(about)
-    config = config_of(json.dumps(told.get("config")))
-    same = config is not None and config.replace(preset=arm.name) == arm.config.replace(preset=arm.name)
-    return same and told.get("seeds") == list(arm.seeds)
+def _named_alike(config: RunConfig) -> RunConfig:
+    return config.replace(preset="")

@@ -1,0 +1,89 @@
+"""What studies share: doing runs, working in several processes, and filling a page with numbers."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import string
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from esp_trainer.sweep.local import LocalPool
+from esp_trainer.sweep.plan import PlannedRun
+from esp_trainer.sweep.pool import Work
+from esp_trainer.sweep.results import is_whole
+
+
+def evolve(place: Path, runs: Sequence[PlannedRun], workers: int) -> None:
+    """Do the runs that are not whole, as ``esp-trainer sweep`` does; one run that fails ends the study."""
+    todo = [run for run in runs if not is_whole(place / run.name, run)]
+    if not todo:
+        return
+    place.mkdir(parents=True, exist_ok=True)
+    pool = LocalPool([Work(place / run.name, run.config) for run in todo], workers)
+    left = len(todo)
+    try:
+        while left:
+            for path, reason in pool.outcomes(1.0):
+                if reason:
+                    raise RuntimeError(f"{path} failed: {reason}")
+                left -= 1
+                print(f"{path.name}: done, {left} left", file=sys.stderr, flush=True)
+    except BaseException:
+        pool.stop()
+        raise
+    finally:
+        pool.close()
+
+
+def in_processes(work: Callable[..., object], jobs: Sequence[tuple[Any, ...]], workers: int, what: str) -> None:
+    """Call a function with each job's arguments, each in a process of its own; show the progress."""
+    if not jobs:
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        running = [pool.submit(work, *job) for job in jobs]
+        try:
+            for job in tqdm(as_completed(running), total=len(running), desc=what, unit="run"):
+                job.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def table(heads: Iterable[str], rows: Iterable[Iterable[object]], align: str = "---") -> str:
+    """Return a Markdown table; ``align`` is the alignment of all columns but the first, as Markdown writes it."""
+    heads = list(heads)
+    lines = [heads, ["---", *[align] * (len(heads) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def fill(template: Path, values: Mapping[str, object]) -> str:
+    """Return a page: a Markdown file with its ``{fields}`` filled in, without the sections that lack a value (None)."""
+    sections = re.split(r"^(?=## )", template.read_text(), flags=re.MULTILINE)
+    fields = [[name for _, name, _, _ in string.Formatter().parse(section) if name] for section in sections]
+    there = (s for s, names in zip(sections, fields, strict=True) if all(values[name] is not None for name in names))
+    return "".join(there).format_map(values)
+
+
+def machine(packages: Iterable[str]) -> str:
+    """Return the processor and the versions, without anything that names this machine."""
+    facts = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").is_file() else ""
+    model = re.search(r"^model name\s*: (.*)$", facts, re.MULTILINE)
+    processor = model[1].strip() if model else platform.processor() or platform.machine()
+    versions = ", ".join(f"{package} {_version(package)}" for package in packages)
+    return f"{processor}, {os.cpu_count()} cores, {platform.system()}; Python {platform.python_version()}, {versions}"
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
