@@ -1,1 +1,0 @@
-"""Mutation testing: the making of mutants, their running, and the page on them."""
