@@ -1,1 +1,0 @@
-"""Studies of optimal play on small tori."""
