@@ -21,7 +21,7 @@ os.environ["JAX_PLATFORMS"] = "cpu"
 
 from bench import peers_batched, peers_parallel, peers_vectorised
 from bench.contenders import FULL, QUICK
-from bench.page import Page, measure_and_print
+from bench.page import measure_and_print
 
 SECTIONS = {"batched": peers_batched.rows, "parallel": peers_parallel.rows, "vectorised": peers_vectorised.rows}
 PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "jax", "jaxmarl", "pufferlib")
@@ -39,10 +39,5 @@ a small grid with a wall. Agents see 14 to 28 numbers in `Target`, 16 to 20 in t
 PufferLib's C is compiled with its own flags.
 """
 
-
-PAGE = Page(
-    "Beside others", "bench_peers.py", "Measure the environment beside those that others wrote.", ABOUT, PACKAGES
-)
-
 if __name__ == "__main__":
-    measure_and_print(PAGE, SECTIONS, FULL, QUICK)
+    measure_and_print("Beside others", ABOUT, PACKAGES, SECTIONS, FULL, QUICK)

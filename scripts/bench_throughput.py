@@ -14,7 +14,7 @@ import os
 os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
 
 from bench import environments, evaluators, training
-from bench.page import Page, measure_and_print
+from bench.page import measure_and_print
 from bench.workload import FULL, PRESET, QUICK
 
 SECTIONS = {
@@ -23,23 +23,11 @@ SECTIONS = {
     "phases": training.phase_rows,
     "process": training.process_rows,
 }
-
-
-PACKAGES = ("numpy", "numba", "pettingzoo")
-
 ABOUT = f"""\
 The evaluators play the trials of the first generation of `{PRESET}`: teams drawn from random subpopulations. Their
-times are medians of CPU seconds, taken in turns, warm; ratios are to `fused` on one thread. All but the reference use
-32-bit floats, and their results were checked to agree.
+times are medians of CPU seconds, taken in turns, warm; ratios are to `fused` on one thread. The results of the
+reference were checked to agree.
 """
 
-PAGE = Page(
-    "Throughput",
-    "bench_throughput.py",
-    "Measure the throughput of the environment and of the trainer.",
-    ABOUT,
-    PACKAGES,
-)
-
 if __name__ == "__main__":
-    measure_and_print(PAGE, SECTIONS, FULL, QUICK)
+    measure_and_print("Throughput", ABOUT, ("numpy", "numba", "pettingzoo"), SECTIONS, FULL, QUICK)

@@ -17,8 +17,6 @@ ROWS = (
     "`fused`, 64 episodes",
     "the same with linear outputs",
     "`fused`, two threads",
-    "scalar Numba loops",
-    "NumPy lockstep",
     "`reference`, extrapolated",
     "- of `fused`: scripts instead of networks",
     "- of `fused`: one hidden neuron",
@@ -107,20 +105,25 @@ def test_scaling_benchmark_fills_every_table() -> None:
     done = script("bench_scaling.py", "--quick")
     assert done.returncode == 0, done.stderr
     tables = re.findall(r"(?:^\|.*\n)+", done.stdout, re.MULTILINE)
-    assert [len(table.splitlines()) - 2 for table in tables] == [3, 6, 8, 4, 3, 10]
-    assert not re.search(r"\b(nan|inf|None)\b", done.stdout)
+    assert [len(table.splitlines()) - 2 for table in tables] == [3, 6]
+    cells = re.findall(r"\| 1,000 \| (\S+) ms \| (\d+) \| (\S+) ms \| (\S+) ms \|", done.stdout)
+    assert [shards for _, shards, _, _ in cells] == ["2", "8", "32"]
+    assert all(float(wall) > 0 and float(driver) > 0 for _, _, wall, driver in cells)
+    assert float(re.search(r"A trial is (\d+) bytes", done.stdout)[1]) > 100
 
 
 @pytest.mark.slow
-def test_the_study_of_optimal_play_fills_every_table() -> None:
+def test_the_study_of_optimal_play_finds_what_is_known() -> None:
     done = script("optimal_play.py", "--quick")
     assert done.returncode == 0, done.stderr
-    tables = re.findall(r"(?:^\|.*\n)+", done.stdout, re.MULTILINE)
-    assert len(tables) == 6 + 4
-    known = re.findall(r"^\| 6 x 6, \d+ \| (.*?) \| (.*?) \|", done.stdout, re.MULTILINE)
+    known = re.findall(r"^\| 6 x 6, .*? \| (\d.*?) \| (\d.*?) \|", done.stdout, re.MULTILINE)
     assert len(known) == 2
     assert all(found == said for found, said in known)
-    assert not re.search(r"\b(nan|inf|None)\b", done.stdout)
+    assert len(re.findall(r"(?:^\|.*\n)+", done.stdout, re.MULTILINE)) == 2 + 4
+    answered = re.findall(r"^\| prey, .*? \| (\S+)", done.stdout, re.MULTILINE)
+    optimal = float(re.search(r"both sides play optimally \| (\S+)", done.stdout)[1])
+    assert len(answered) == 2 + 4
+    assert min(map(float, answered)) >= optimal, "nobody escapes a best response better than optimal prey"
 
 
 @pytest.mark.parametrize("name", ["bench_throughput.py", "bench_peers.py"])
@@ -151,6 +154,7 @@ def test_mutants_are_made_and_killed() -> None:
 
 
 def test_mutation_testing_refuses_a_module_that_it_does_not_know() -> None:
+    pytest.importorskip("cosmic_ray")
     done = script("mutation.py", "nothing")
     assert done.returncode == 2
     assert "modules must be among torus, dynamics," in done.stderr

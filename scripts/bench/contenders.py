@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from typing import Any, NamedTuple
 
-from bench.report import Row
+from bench.page import Row
 from bench.timing import side_by_side
 from predprey_env import EnvConfig
 

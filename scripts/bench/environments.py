@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.report import Row
+from bench.page import Row
 from bench.timing import side_by_side
 from bench.workload import Scale
 from predprey_env import parallel_env

@@ -1,4 +1,4 @@
-"""The command line and the page that the benchmarks have in common."""
+"""The page of a benchmark: sections of rows as one Markdown table, with targets and the machine they hold for."""
 
 from __future__ import annotations
 
@@ -7,30 +7,37 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeVar
 
-from bench.report import Row, machine, table
+from study import machine, table
 
 Scale = TypeVar("Scale")
 
 
-class Page(NamedTuple):
-    """What tells one benchmark's page from another's."""
+class Row(NamedTuple):
+    """A line of the table."""
 
-    title: str
-    script: str
-    """Its file's name."""
-    summary: str
-    """What it does, for ``--help``."""
-    about: str
-    """What the table holds, in paragraphs."""
-    packages: tuple[str, ...]
-    """Whose versions count."""
+    what: str
+    figure: str
+    ratio: str = ""
+    target: str = ""
+    met: bool | None = None
+    """Whether the target is met; None where there is none."""
+
+
+def at_least(value: float, target: float) -> bool:
+    """Return whether a target from below is met, as the figure is printed."""
+    return round(value, 2) >= target
 
 
 def measure_and_print(
-    page: Page, sections: Mapping[str, Callable[[Scale], list[Row]]], full: Scale, quick: Scale
+    title: str,
+    about: str,
+    packages: tuple[str, ...],
+    sections: Mapping[str, Callable[[Scale], list[Row]]],
+    full: Scale,
+    quick: Scale,
 ) -> None:
     """Measure the sections that the command line asks for, and print the page."""
-    parser = argparse.ArgumentParser(description=page.summary)
+    parser = argparse.ArgumentParser(description=f"Measure and print {title!r}.")
     parser.add_argument("--quick", action="store_true", help="only see that everything runs")
     parser.add_argument("--only", choices=sections, nargs="+", default=list(sections), help="parts of the table")
     options = parser.parse_args()
@@ -39,9 +46,10 @@ def measure_and_print(
     for name in options.only:
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
         rows += sections[name](quick if options.quick else full)
-    print(f"# {page.title}\n\nWritten by `scripts/{page.script}`. {machine(page.packages)}.\n")
+    print(f"# {title}\n\nWritten by `scripts/{parser.prog}`. {machine(packages)}.\n")
     if options.quick:
         print("A smoke run: the work is too small for its figures to mean anything, so nothing is judged.\n")
         rows = [row._replace(met=None) for row in rows]
-    print(*(paragraph.replace("\n", " ").strip() + "\n" for paragraph in page.about.split("\n\n")), sep="\n")
-    print(table(rows))
+    verdict = {True: "met", False: "**missed**", None: ""}
+    cells = [[*row[:-1], verdict[row.met]] for row in rows]
+    print(about, table(["what", "figure", "ratio", "target", ""], cells), sep="\n")

@@ -8,8 +8,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from bench.contenders import CYCLES, Contender, Scale, check_plays, rows_of, stepping_all
+from bench.page import Row
 from bench.peers_compiled import jaxmarl_contenders, pufferlib_contenders
-from bench.report import Row
 from bench.workload import random_team
 from predprey_env import EnvConfig, PredPreyVectorEnv, parallel_vector_env, vector_env
 from predprey_env.config import TeamName

@@ -12,7 +12,7 @@ from typing import Any
 
 from bench.contenders import CYCLES, Contender, Scale, check_plays, find, rows_of
 from bench.environments import random_actions, stepping
-from bench.report import Row
+from bench.page import Row
 from predprey_env import EnvConfig, parallel_env, team_view
 
 N_PREDATORS, N_PREY = EnvConfig().n_predators, EnvConfig().n_prey

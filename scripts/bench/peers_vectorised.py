@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from bench.contenders import CYCLES, Contender, Scale, find, rows_of, stepping_all
+from bench.page import Row
 from bench.peers_batched import make_env, random_actions
-from bench.report import Row
 from bench.workload import random_team
 from predprey_env import EnvConfig, team_view
 from predprey_env.config import TeamName

@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench.report import Row, at_least
+from bench.page import Row, at_least
 from bench.workload import PRESET, Scale, config_of
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.presets import preset

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 TASK = "3v2"
 SEEDS = (700, 701, 702, 703, 704)
 PPO_STEPS = 15_000_000
 """Of agents, of one side; self-play has as many for each."""
 GENERATIONS = 450
-LONGER = 7
-"""How many times the usual generations the longer runs have: about the CPU time of PPO for both sides."""
 
 
 @dataclass(frozen=True)
@@ -43,49 +43,18 @@ class Contestant:
         return f"{self.trained}-{self.reward}" if self.method == "ppo" else self.name
 
 
-CONTESTANTS = [
-    Contestant("ppo", "PPO against the zoo, dense rewards", "ppo"),
-    Contestant("ppo, early", "the same after a tenth of the steps", "ppo", part=1),
-    Contestant("ppo, terminal", "PPO against the zoo, terminal rewards", "ppo", reward="terminal"),
-    Contestant("ppo, self-play", "PPO against PPO, present and past", "ppo", trained="together", n_worlds=48),
-    Contestant("paper", "evolved, `paper-3v2`", "evolved", preset="paper-3v2"),
-    Contestant(
-        "paper, longer",
-        f"the same with {LONGER} times the generations",
-        "evolved",
-        preset="paper-3v2",
-        generations=LONGER * GENERATIONS,
-    ),
-    Contestant("modern", "evolved, `modern-3v2`", "evolved", preset="modern-3v2"),
-    Contestant(
-        "modern, longer",
-        f"the same with {LONGER} times the generations",
-        "evolved",
-        preset="modern-3v2",
-        generations=LONGER * GENERATIONS,
-    ),
-    Contestant("drawn", "evolved, `drawn-3v2`", "evolved", preset="drawn-3v2"),
-    Contestant(
-        "answer",
-        "evolved as `drawn`, against the frozen `ppo, self-play` of its seed",
-        "answer",
-        preset="drawn-3v2",
-    ),
-    *(
-        Contestant(script, "scripted predators", "script", roles=("predators",), seeds=(0,))
-        for script in ("greedy_chase", "parity_chase", "intercept", "surround")
-    ),
-    *(
-        Contestant(script, "scripted prey", "script", roles=("prey",), seeds=(0,))
-        for script in ("flee_nearest", "flee_centroid", "run_straight")
-    ),
-    Contestant("random", "at random", "script", seeds=(0,)),
-]
+def _read() -> list[Contestant]:
+    declared = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())["contestant"]
+    lists = ("roles", "seeds")
+    return [Contestant(**{k: tuple(v) if k in lists else v for k, v in entry.items()}) for entry in declared]
+
+
+CONTESTANTS = _read()
 """In the order of the tables."""
 
 
 def small(contestant: Contestant) -> Contestant:
-    """The same in seconds."""
+    """Return a contestant that is trained in seconds."""
     seeds = contestant.seeds[:2]
     return replace(
         contestant, seeds=seeds, steps=150_000, n_worlds=1, generations=max(2, contestant.generations // 200)

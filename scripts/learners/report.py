@@ -1,41 +1,20 @@
-"""``docs/benchmark.md``: what the matrix says. Every number in it is made here."""
+"""The tables of ``docs/benchmark.md``, whose text is in ``page.md``, and the figure of who catches whom."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from study import fill, table
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import Comparison, compare
-from learners.contestants import TASK
 from learners.matrix import Matrix
 from predprey_env.policies import SCRIPTS
 
 _RESAMPLES = 2000
-_WHO = """## Who is compared, and what it cost
-
-| name | what it is | seeds | CPU seconds a run | agents' steps a run |
-| --- | --- | --- | --- | --- |
-"""
-_COST = """
-
-PPO apart is two runs, one for each side; a run of evolution, and of self-play, makes both sides. PPO's policies share one network
-between the agents of a team, of the kind that evolution has, but wider (64 hidden neurons and a bias for each agent), and draw their
-actions; evolved teams take the action with the most votes.
-
-![Prey caught while PPO learns](benchmark/curves.png)
-
-Share of prey caught in training, against the opponents that it trains with: the zoo, or the other side as it is and was."""
-_STRENGTH = """## How strong each is
-
-Prey caught by predators, and not caught for prey: against the zoo's held-out teams, which nobody trained against; against scripts; and
-against everyone who learns and is not of the same name.
-
-| name | predators: held-out prey | scripted prey | all who learn | prey: held-out predators | scripted predators | all who learn |
-| --- | --- | --- | --- | --- | --- | --- |
-"""
 EQUAL = (
     ("ppo, early", "paper"),
     ("ppo, early", "modern"),
@@ -47,17 +26,10 @@ EQUAL = (
 )
 """Kinds that are compared: PPO, and evolution with no more compute."""
 APART = ("ppo", "ppo, early", "ppo, terminal")
-"""Those that are two runs, one for each side."""
-_EQUAL = """## At equal compute
-
-PPO less evolution in the scores of the table above, where evolution had no more CPU seconds for a team of each side: Hodges & Lehmann's
-difference between seeds, with the 95% interval of the rank test. Five seeds a side cannot pass a correction for so many tests, so none is
-reported. *Head to head*: the share of the other's prey that PPO's predators catch, less the share of PPO's prey that the other's catch.
-
-| compared | CPU seconds | predators: held-out prey | prey: held-out predators | predators: scripted prey | prey: scripted predators | head to head |
-| --- | --- | --- | --- | --- | --- | --- |
-"""
+"""Kinds that are two runs, one for each side."""
 _SCRIPTS = (*SCRIPTS["predators"], *SCRIPTS["prey"])
+Interval = tuple[float, float, float]
+Cells = dict[tuple[str, str], Interval]
 
 
 def write(matrix: Matrix, out: Path) -> Path:
@@ -67,26 +39,28 @@ def write(matrix: Matrix, out: Path) -> Path:
     rows, columns = _kinds(matrix.predators), _kinds(matrix.prey)
     cells = {(p, q): interval(matrix.caught[np.ix_(rows[p], columns[q])]) for p in rows for q in columns}
     _draw(cells, list(rows), list(columns), place)
+    compared, tests = _equal(matrix)
+    options = [word for word in sys.argv[1:] if word != "--report"]
+    values = {
+        "command": " ".join(["python", "scripts/compare_learners.py", *options]),
+        "n_episodes": matrix.n_episodes,
+        "contestants": _contestants(matrix),
+        "strength": _strength(matrix),
+        "equal": compared,
+        "n_differences": len(tests),
+        "behind": sum(test.high < 0 for test in tests),
+        "ahead": sum(test.low > 0 for test in tests),
+        "matrix": table(["", *columns], [[f"**{p}**", *(_put(cells[p, q]) for q in columns)] for p in rows]),
+    }
     page = out / "benchmark.md"
-    page.write_text(
-        "\n\n".join(
-            [
-                _head(matrix),
-                _who(matrix),
-                _strength(matrix),
-                _equal(matrix),
-                _matrix(cells, list(rows), list(columns)),
-                _METHOD,
-            ]
-        )
-        + "\n"
-    )
+    page.write_text(fill(Path(__file__).with_name("page.md"), values))
     return page
 
 
-def interval(shares: np.ndarray) -> tuple[float, float, float]:
-    """The mean over all pairs of seeds, with a 95% interval over both sides' seeds by the pigeonhole bootstrap, which
-    draws rows and columns anew at once (Owen, The pigeonhole bootstrap, Annals of Applied Statistics 1, 2007).
+def interval(shares: np.ndarray) -> Interval:
+    """Return the mean over all pairs of seeds, with a 95% interval over both sides' seeds by the pigeonhole bootstrap.
+
+    It draws rows and columns anew at once (Owen, The pigeonhole bootstrap, Annals of Applied Statistics 1, 2007).
     """
     generator, (n, m) = np.random.default_rng(0), shares.shape
     rows, columns = generator.integers(n, size=(_RESAMPLES, n)), generator.integers(m, size=(_RESAMPLES, m))
@@ -99,73 +73,60 @@ def _kinds(names: np.ndarray) -> dict[str, np.ndarray]:
     return {str(name): np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
 
 
-def _put(known: tuple[float, float, float]) -> str:
-    return "{:.2f} [{:.2f}, {:.2f}]".format(*known)
+def _put(known: Iterable[float], sign: str = "") -> str:
+    mean, low, high = known
+    return f"{mean:{sign}.2f} [{low:{sign}.2f}, {high:{sign}.2f}]"
 
 
-def _head(matrix: Matrix) -> str:
-    command = " ".join(
-        ["python", "scripts/compare_learners.py", *(word for word in sys.argv[1:] if word != "--report")]
-    )
-    return f"""# PPO, evolution and scripts against each other
-
-Made by `{command}`: three predators against two prey (task `{TASK}`), every team against every other,
-{matrix.n_episodes} episodes a pair from the same starts, which hold the parities in their true proportions. Each kind of team that
-learns has several seeds; intervals are over the seeds of both sides (pigeonhole bootstrap)."""
-
-
-def _who(matrix: Matrix) -> str:
+def _contestants(matrix: Matrix) -> str:
+    """Return who is compared, and what a run cost."""
     rows = []
     for name, meaning in matrix.meanings.tolist():
-        spent = np.concatenate(
-            [matrix.predators_spent[matrix.predators == name], matrix.prey_spent[matrix.prey == name]]
-        )
-        n_seeds = max((matrix.predators == name).sum(), (matrix.prey == name).sum())
-        cost = "- | -" if np.isnan(spent).all() else f"{spent[:, 0].mean():.1f} | {spent[:, 1].mean() / 1e6:,.0f} M"
-        rows.append(f"| `{name}` | {meaning} | {n_seeds} | {cost} |")
-    return _WHO + "\n".join(rows) + _COST
+        hunts, flees = matrix.predators == name, matrix.prey == name
+        spent = np.concatenate([matrix.predators_spent[hunts], matrix.prey_spent[flees]])
+        known = not np.isnan(spent).all()
+        cost = [f"{spent[:, 0].mean():.1f}", f"{spent[:, 1].mean() / 1e6:,.0f} M"] if known else ["-", "-"]
+        rows.append([f"`{name}`", meaning, max(hunts.sum(), flees.sum()), *cost])
+    return table(["name", "what it is", "seeds", "CPU seconds a run", "agents' steps a run"], rows)
 
 
 def _strength(matrix: Matrix) -> str:
+    """Return how each does against held-out teams, scripts, and learners of another name."""
+    sides = (
+        (matrix.predators, matrix.prey, matrix.caught, matrix.predators_held_out),
+        (matrix.prey, matrix.predators, 1 - matrix.caught.T, 1 - matrix.prey_held_out.T),
+    )
     lines = []
     for name, _ in matrix.meanings.tolist():
         cells = []
-        for mine, theirs, caught, held_out in (
-            (matrix.predators, matrix.prey, matrix.caught, matrix.predators_held_out),
-            (matrix.prey, matrix.predators, 1 - matrix.caught.T, 1 - matrix.prey_held_out.T),
-        ):
-            rows = np.flatnonzero(mine == name)
-            if not len(rows):
-                cells += ["-"] * 3
-                continue
-            scripted = np.isin(theirs, _SCRIPTS)
-            for table in (held_out[rows], caught[rows][:, scripted], caught[rows][:, ~scripted & (theirs != name)]):
-                cells.append(_put(interval(table)))
-        lines.append(f"| `{name}` | {' | '.join(cells)} |")
-    return _STRENGTH + "\n".join(lines)
+        for mine, theirs, caught, held_out in sides:
+            rows, scripted = np.flatnonzero(mine == name), np.isin(theirs, _SCRIPTS)
+            against = held_out[rows], caught[rows][:, scripted], caught[rows][:, ~scripted & (theirs != name)]
+            cells += [_put(interval(each)) for each in against] if len(rows) else ["-"] * 3
+        lines.append([f"`{name}`", *cells])
+    heads = ["name", "predators: held-out prey", "scripted prey", "all who learn"]
+    return table([*heads, "prey: held-out predators", "scripted predators", "all who learn"], lines)
 
 
-def _equal(matrix: Matrix) -> str:
-    """PPO less evolution, where evolution had no more compute."""
-    rows: list[str] = []
+def _equal(matrix: Matrix) -> tuple[str, list[Comparison]]:
+    """Return PPO less evolution where evolution had no more compute, and the tests."""
+    rows: list[list[str]] = []
     tests: list[Comparison] = []
     for one, other in EQUAL:
-        if not all((matrix.predators == name).any() for name in (one, other)):
-            continue
-        pairs = zip(_scores(matrix, one), _scores(matrix, other), strict=True)
-        found = [compare(a, b) for a, b in pairs]
-        tests += found
-        differences = " | ".join(f"{test.difference:+.2f} [{test.low:+.2f}, {test.high:+.2f}]" for test in found)
-        cost = f"{_cost(matrix, one):.0f} and {_cost(matrix, other):.0f}"
-        head = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*_head_to_head(matrix, one, other))
-        rows.append(f"| `{one}` less `{other}` | {cost} | {differences} | {head} |")
-    behind, ahead = sum(test.high < 0 for test in tests), sum(test.low > 0 for test in tests)
-    verdict = f"Of these {len(tests)} differences {behind} are wholly below 0, where evolution is ahead, and {ahead} wholly above."
-    return _EQUAL + "\n".join([*rows, "", verdict])
+        if (matrix.predators == one).any() and (matrix.predators == other).any():
+            pairs = zip(_scores(matrix, one), _scores(matrix, other), strict=True)
+            found = [compare(a, b) for a, b in pairs]
+            tests += found
+            cost = f"{_cost(matrix, one):.0f} and {_cost(matrix, other):.0f}"
+            cells = [_put((test.difference, test.low, test.high), "+") for test in found]
+            rows.append([f"`{one}` less `{other}`", cost, *cells, _put(_head_to_head(matrix, one, other), "+")])
+    scores = ["predators: held-out prey", "prey: held-out predators", "predators: scripted prey"]
+    heads = ["compared", "CPU seconds", *scores, "prey: scripted predators", "head to head"]
+    return table(heads, rows), tests
 
 
 def _scores(matrix: Matrix, name: str) -> list[np.ndarray]:
-    """What each seed's predators and prey score against held-out teams, and then against scripts."""
+    """Return what each seed's predators and prey score against held-out teams, and then against scripts."""
     hunts, flees = matrix.predators == name, matrix.prey == name
     scripted = np.isin(matrix.prey, _SCRIPTS), np.isin(matrix.predators, _SCRIPTS)
     return [
@@ -177,68 +138,30 @@ def _scores(matrix: Matrix, name: str) -> list[np.ndarray]:
 
 
 def _cost(matrix: Matrix, name: str) -> float:
-    """CPU seconds for a team of each side."""
-    sides = [
-        spent[names == name, 0].mean()
-        for names, spent in ((matrix.predators, matrix.predators_spent), (matrix.prey, matrix.prey_spent))
-    ]
-    return float(sum(sides) if name in APART else sides[0])
+    """Return the CPU seconds for a team of each side."""
+    hunts = matrix.predators_spent[matrix.predators == name, 0].mean()
+    return float(hunts + matrix.prey_spent[matrix.prey == name, 0].mean() if name in APART else hunts)
 
 
-def _head_to_head(matrix: Matrix, one: str, other: str) -> tuple[float, float, float]:
-    """Prey that one's predators catch of the other's, less prey that the other's catch of one's; over runs of both."""
+def _head_to_head(matrix: Matrix, one: str, other: str) -> Interval:
+    """Return the prey that one's predators catch of the other's, less those that the other's catch of one's."""
     ours = matrix.caught[np.ix_(matrix.predators == one, matrix.prey == other)]
     theirs = matrix.caught[np.ix_(matrix.predators == other, matrix.prey == one)]
     return interval(ours - theirs.T)
 
 
-def _matrix(cells: dict[tuple[str, str], tuple[float, float, float]], rows: list[str], columns: list[str]) -> str:
-    lines = [
-        "## Who catches whom",
-        "",
-        "![Share of prey caught](benchmark/matrix.png)",
-        "",
-        "Share of prey caught; rows are predators.",
-        "",
-    ]
-    lines += [f"| | {' | '.join(columns)} |", f"| --- |{' --- |' * len(columns)}"]
-    lines += [f"| **{p}** | {' | '.join(_put(cells[p, q]) for q in columns)} |" for p in rows]
-    return "\n".join(lines)
-
-
-_METHOD = """## How it was done
-
-- **PPO**: [`scripts/train_ppo.py`](../scripts/train_ppo.py), its defaults; apart it meets all teams of the zoo that are not held out,
-  eight worlds each. What counts is the last checkpoint, not the best.
-- **Evolution**: the last champion of the run, chosen by the re-evaluation of each generation, not by anything on this page.
-- **CPU seconds** are of one core, without compiling; **steps** count every agent's, for evolution as if all episodes went to the time limit.
-- **Matches** are played in the compiled evaluator; what is random in a team that draws follows from the start."""
-
-
-def _draw(
-    cells: dict[tuple[str, str], tuple[float, float, float]], rows: list[str], columns: list[str], place: Path
-) -> None:
+def _draw(cells: Cells, rows: list[str], columns: list[str], place: Path) -> None:
     means = np.array([[cells[p, q][0] for q in columns] for p in rows])
     figure, (axes,) = plots.panels(1, width=2.2 + 0.55 * len(columns), height=1.6 + 0.4 * len(rows), columns=1)
     image = axes.pcolormesh(means, vmin=0, vmax=1, cmap="viridis", rasterized=True)
     for (y, x), mean in np.ndenumerate(means):
-        axes.text(
-            x + 0.5,
-            y + 0.5,
-            f"{mean:.2f}",
-            ha="center",
-            va="center",
-            fontsize=7,
-            color="white" if mean < 0.6 else "black",
-        )
+        colour = "white" if mean < 0.6 else "black"
+        axes.text(x + 0.5, y + 0.5, f"{mean:.2f}", ha="center", va="center", fontsize=7, color=colour)
     axes.set(yticks=np.arange(len(rows)) + 0.5, xticks=np.arange(len(columns)) + 0.5, xlabel="prey", ylabel="predators")
     axes.set_yticklabels(rows)
     axes.set_xticklabels(columns, rotation=40, ha="right")
     axes.invert_yaxis()
     figure.colorbar(image, ax=axes, label="share of prey caught", shrink=0.8)
-    table = [(p, q, *known) for (p, q), known in cells.items()]
-    plots.save(
-        figure,
-        place / "matrix.png",
-        dict(zip(("predators", "prey", "caught", "low", "high"), zip(*table, strict=True), strict=True)),
-    )
+    names = ("predators", "prey", "caught", "low", "high")
+    data = zip(*[(p, q, *known) for (p, q), known in cells.items()], strict=True)
+    plots.save(figure, place / "matrix.png", dict(zip(names, data, strict=True)))

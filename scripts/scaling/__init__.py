@@ -1,1 +1,0 @@
-"""Measurements of growth: more trials, larger subpopulations, more workers, more runs."""
