@@ -1,13 +1,13 @@
 """How fast it is beside environments that others wrote: side by side, in one run, as one Markdown table.
 
-    pip install supersuit "pettingzoo[sisl]" mpe2 jaxmarl pufferlib
+    pip install supersuit "pettingzoo[sisl]" mpe2 jaxmarl
     python scripts/bench_peers.py > docs/peers.md
 
-A peer that is not installed is reported as such; all are optional. (PufferLib is built on installation, which asks for
-a C compiler, for torch, and for files from GitHub; it needs an old gym too.)
+A peer that is not installed is reported as such; all are optional.
 
 CPU seconds are medians of the process, with one thread; contenders take turns, each warmed up in its turn. Before
-anything is timed, each is seen to end episodes and to catch. It takes some minutes; run it on an idle machine.
+anything is timed, each is seen to end episodes, and those of many worlds to catch. It takes some minutes; run it on an
+idle machine.
 """
 
 from __future__ import annotations
@@ -19,24 +19,22 @@ os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL
 os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 os.environ["JAX_PLATFORMS"] = "cpu"
 
-from bench import peers_batched, peers_parallel, peers_vectorised
+from bench import peers_batched, peers_vectorised, single
 from bench.contenders import FULL, QUICK
 from bench.page import measure_and_print
 
-SECTIONS = {"batched": peers_batched.rows, "parallel": peers_parallel.rows, "vectorised": peers_vectorised.rows}
-PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "jax", "jaxmarl", "pufferlib")
+SECTIONS = {"batched": peers_batched.rows, "parallel": single.rows, "vectorised": peers_vectorised.rows}
+PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "jax", "jaxmarl")
 
 ABOUT = """\
-All figures are of this run. A step is a time step of one world, with random
-actions drawn before; observations, rewards and infos are given back, and resets are part of it. Behind it stands the
-same for agents: times all that move in a world, whoever plays them. Times are medians of CPU seconds of the whole
-process, taken in turns, warm. `ours` is how many times as fast the project's own row is: for compiled peers
-`vector_env(1024, ...)` against random prey, for the others the row of ours above them.
+All figures are of this run. A step is a time step of one world, with random actions drawn before; observations, rewards
+and infos are given back, and resets are part of it. Times are medians of CPU seconds of the whole process, taken in
+turns, warm. `ours` is how many times as fast the project's own row is: for JaxMARL `vector_env(1024, ...)` against
+random prey, for the others the row of ours above them.
 
-Only `team_view()` in SuperSuit and in a loop does the same work, and was checked to. Other games are other work:
-`Target` has no episodes, and its goals stand still; MPE and JaxMARL integrate forces among two obstacles; `pursuit` has
-a small grid with a wall. Agents see 14 to 28 numbers in `Target`, 16 to 20 in tag, 147 in `pursuit`, 4 or 6 here.
-PufferLib's C is compiled with its own flags.
+Only `team_view()` in SuperSuit and in a loop does the same work, and was checked to. Other games are other work: MPE
+and JaxMARL integrate forces among two obstacles; `pursuit` has a small grid with a wall. Agents see 16 to 20 numbers in
+tag, 147 in `pursuit`, 4 or 6 here.
 """
 
 if __name__ == "__main__":

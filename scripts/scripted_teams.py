@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def meaning(script: str) -> str:
-    """What a script does, from its own docstring."""
+    """Return what a script does, from its own docstring."""
     rule = getattr(predators, script, None) or getattr(prey, script, None)
     if rule is None:
         return "every action equally often."
@@ -56,12 +56,12 @@ def meaning(script: str) -> str:
 
 
 def sources(module: ModuleType) -> str:
-    """Where its scripts come from, from its own docstring."""
+    """Return where a module's scripts come from, from its own docstring."""
     return " ".join(str(inspect.getdoc(module)).partition("Sources: ")[2].split())
 
 
 def table(env: EnvConfig, episodes: int) -> str:
-    """Rows of predators, columns of prey."""
+    """Return a table with rows of predators and columns of prey."""
     lines = [f"| predators | {' | '.join(SCRIPTS['prey'])} |", "| --- |" + " ---: |" * len(SCRIPTS["prey"])]
     for hunters in SCRIPTS["predators"]:
         results = [match(ScriptedTeams(hunters), ScriptedTeams(hunted), env, episodes) for hunted in SCRIPTS["prey"]]

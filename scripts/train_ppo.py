@@ -90,8 +90,9 @@ class Policy(nn.Module):
         return self.act(torch.tanh(self.see(seen * INPUT_SCALE) + self.know))
 
     def as_team(self, role: str, env: EnvConfig, provenance: dict[str, Any]) -> Team:
-        """The same as a team of networks with logistic neurons: ``tanh(x) = 2 / (1 + exp(-2 x)) - 1``, and what that
-        takes off is given back by one neuron that is always on.
+        """Return the same as a team of networks with logistic neurons.
+
+        ``tanh(x) = 2 / (1 + exp(-2 x)) - 1``, and what that takes off is given back by one neuron that is always on.
         """
         n_agents, n_opponents, n_actions = env.team(role)
         see, out, offset = (p.detach().numpy() for p in (self.see.weight, self.act.weight, self.act.bias))
@@ -153,7 +154,7 @@ class Worlds:
         self.parts[i] = self._begin(i)
 
     def look(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """What agents see, the share of the time that has passed, and who still plays."""
+        """Return what agents see, the share of the time that has passed, and who still plays."""
         seen = np.stack([part[0] for part in self.parts]).reshape(-1, self.shape.n_agents, self.shape.n_seen)
         steps, captured = (np.stack([part[1][name] for part in self.parts]) for name in ("steps", "captured"))
         passed = steps.reshape(-1, self.shape.n_agents)[:, 0] / self.settings.env.max_cycles
@@ -161,7 +162,7 @@ class Worlds:
         return torch.from_numpy(seen), torch.from_numpy(passed).float(), torch.from_numpy(playing).float()
 
     def step(self, actions: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
-        """Rewards in [0, 1] over an episode, and which worlds ended."""
+        """Return rewards in [0, 1] over an episode, and which worlds ended."""
         rewards, ends = [], []
         for i, (env, chosen) in enumerate(zip(self.envs, np.split(actions, len(self.envs)), strict=True)):
             seen, reward, terminated, truncated, infos = env.step(chosen.ravel())
@@ -216,12 +217,12 @@ class Learner:
         return {"caught": float(np.mean(captures)) if captures else float("nan"), **losses}
 
     def team(self, **provenance: Any) -> Team:
-        """The policy as it is, as a team."""
+        """Return the policy as it is, as a team."""
         return self.policy.as_team(self.role, self.settings.env, provenance)
 
     @torch.no_grad()
     def _play(self) -> tuple[Batch, torch.Tensor]:
-        """What was seen and done, ``(horizon, n_worlds, ...)`` each, and the values of where it led to."""
+        """Return what was seen and done, ``(horizon, n_worlds, ...)`` each, and the values of where it led to."""
         moments = []
         for _ in range(self.settings.horizon):
             seen, passed, playing = self.worlds.look()
@@ -236,7 +237,7 @@ class Learner:
         return Batch(*map(torch.stack, zip(*moments, strict=True))), self.critic(seen, passed)
 
     def _advantages(self, batch: Batch, last: torch.Tensor) -> torch.Tensor:
-        """Generalised advantages. The end of the time is the end of the game, so nothing is expected after it."""
+        """Return generalised advantages; nothing is expected after the end of the time, which ends the game."""
         gamma, trace = self.settings.gamma, self.settings.trace
         advantages, following = torch.empty_like(batch.rewards), last
         running = torch.zeros_like(last)
@@ -261,7 +262,7 @@ class Learner:
         return dict(zip(LOSSES, torch.stack(found).mean(dim=0).tolist(), strict=True))
 
     def _losses(self, batch: Batch, advantages: torch.Tensor, returns: torch.Tensor) -> torch.Tensor:
-        """Each of :data:`LOSSES`."""
+        """Return each of :data:`LOSSES`."""
         share = batch.playing / batch.playing.sum().clamp(min=1)  # caught prey choose nothing
         mean = (advantages * share).sum()
         advantages = (advantages - mean) / (((advantages - mean) ** 2 * share).sum() + 1e-8).sqrt()
@@ -312,7 +313,7 @@ def train(settings: Settings, place: Path) -> None:
 
 
 def make_learners(settings: Settings) -> dict[str, Learner]:
-    """One, against its opponents; or two, each in worlds against the other."""
+    """Make one learner against its opponents, or two, each in worlds against the other."""
     if settings.role != "both":
         known = known_teams()
         opponents = [load_team(n) if n in known else n for n in settings.opponents]
@@ -326,7 +327,7 @@ def make_learners(settings: Settings) -> dict[str, Learner]:
 
 
 def meet_anew(learners: dict[str, Learner], past: dict[str, list[Team]], rng: np.random.Generator) -> None:
-    """One of the four environments of each learner gets another opponent: half the time the other side as it is now,
+    """Give one of the four environments of each learner another opponent: half the time the other side as it is now,
     else a checkpoint of it.
     """
     for role, learner in learners.items():

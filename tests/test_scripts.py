@@ -23,7 +23,6 @@ ROWS = (
     "- of a step of `reference`: the environment",
     "- of a step of `reference`: five agents' networks",
     "`parallel_env()`",
-    "a loop that copies prebuilt dictionaries",
     "a generation of `paper-3v2`",
     "- trials",
     "- champions",
@@ -48,7 +47,6 @@ PEER_ROWS = (
     "`vector_env(1024, ...)`, prey against predators that `parity_chase`",
     "`vector_env(1024, ...)`, prey against evolved predators",
     "`parallel_vector_env(1024)`, both teams",
-    *(f"PufferLib `Target`, 1024 worlds, {n_agents} agents" for n_agents in (8, 5, 3)),
     "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, a call for each step",
     "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`",
     "`parallel_env()`, 3 v 2",
@@ -65,7 +63,7 @@ PEER_ROWS = (
         )
     ),
 )
-PEERS = ("PufferLib", "JaxMARL", "SISL", "SuperSuit")
+PEERS = ("JaxMARL", "SISL", "SuperSuit")
 
 
 def script(name: str, *options: str) -> subprocess.CompletedProcess[str]:
@@ -75,7 +73,7 @@ def script(name: str, *options: str) -> subprocess.CompletedProcess[str]:
 
 def table_of(document: str) -> list[list[str]]:
     header, _, *lines = [line for line in document.splitlines() if line.startswith("|")]
-    assert header == "| what | figure | ratio | target | |"
+    assert header == "| what | figure | ratio | target |  |"
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import chdir, contextmanager
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from bench.page import Row
@@ -17,22 +16,20 @@ from predprey_env import EnvConfig
 CYCLES = EnvConfig().max_cycles
 """Steps of an episode, ours and theirs."""
 
-UNIT = "steps/CPU-s"
-
 
 class Scale(NamedTuple):
     """Sizes of the measurements."""
 
     repetitions: int
     n_episodes: int
-    """That one environment plays in a run, one after the other."""
+    """Episodes that one environment plays in a run, one after the other."""
     batch_steps: int
     """Environment steps that many worlds make in a run, all together; at least one episode each."""
     most_episodes: int
-    """Of a world in a run."""
+    """Most episodes of a world in a run."""
 
     def n_calls(self, n_worlds: int) -> int:
-        """Calls of ``step`` in a run of so many worlds: whole episodes, so that resets count as they occur."""
+        """Return the calls of ``step`` in a run: whole episodes, so that resets count as they occur."""
         return CYCLES * max(1, min(self.most_episodes, self.batch_steps // (CYCLES * n_worlds)))
 
 
@@ -45,8 +42,6 @@ class Contender(NamedTuple):
     """Something that steps."""
 
     what: str
-    n_agents: int
-    """Agents that move in a step of one world, whoever plays them."""
     n_steps: int
     """Environment steps of a run."""
     run: Callable[[], object] | None
@@ -58,11 +53,8 @@ class Contender(NamedTuple):
 
 
 def find(module: str) -> Any:
-    """A module that need not be installed, or None.
-
-    What is printed on import must not become part of a document, and PufferLib leaves a link in the working directory.
-    """
-    with tempfile.TemporaryDirectory() as place, chdir(place), _aside():
+    """Return a module that need not be installed, or None."""
+    with _aside():
         try:
             return importlib.import_module(module)
         except ImportError:
@@ -90,7 +82,7 @@ def check_plays(what: str, n_ended: int, n_caught: int) -> None:
 
 
 def stepping_all(env: Any, actions: Sequence[Any], n_calls: int) -> Callable[[], None]:
-    """What calls ``step`` of many worlds so many times; they were reset, and start again by themselves."""
+    """Return what calls ``step`` of many worlds so many times; they were reset, and start again by themselves."""
 
     def play() -> None:
         for number in range(n_calls):
@@ -100,28 +92,16 @@ def stepping_all(env: Any, actions: Sequence[Any], n_calls: int) -> Callable[[],
 
 
 def rows_of(contenders: Sequence[Contender], repetitions: int) -> list[Row]:
-    """Let those that are installed take turns, and write down all."""
+    """Let those that are installed take turns; return a row for each contender."""
     runs = {contender.what: contender.run for contender in contenders if contender.run is not None}
     taken = side_by_side(runs, repetitions)
-    steps = {c.what: c.n_steps / taken[c.what].cpu for c in contenders if c.what in taken}
-    n_agents = {contender.what: contender.n_agents for contender in contenders}
-    return [_row(contender, steps, n_agents) for contender in contenders]
-
-
-def _row(contender: Contender, steps: dict[str, float], n_agents: dict[str, int]) -> Row:
-    what, against, target = contender.what, contender.against, contender.target
-    if what not in steps:
-        return Row(what, "not installed")
-    per_second = steps[what]
-    figure = f"{per_second:,.0f} {UNIT}, {per_second * contender.n_agents:,.0f} of agents"
-    ratio = f"ours {_times(steps[against] / per_second)}" if against else ""
-    if against and n_agents[against] != contender.n_agents:
-        of_agents = steps[against] * n_agents[against] / (per_second * contender.n_agents)
-        ratio += f", of agents {_times(of_agents)}"
-    if target is None:
-        return Row(what, figure, ratio)
-    return Row(what, figure, ratio, f"≥ {target:,}", per_second >= target)
-
-
-def _times(ratio: float) -> str:
-    return f"{ratio:.0f} x" if ratio >= 10 else f"{ratio:.2f} x"
+    speed = {each.what: each.n_steps / taken[each.what].cpu for each in contenders if each.what in taken}
+    rows = []
+    for what, _, _, against, target in contenders:
+        if what not in speed:
+            rows.append(Row(what, "not installed"))
+            continue
+        ratio = f"ours {speed[against] / speed[what]:.3g} x" if against else ""
+        met = (f"≥ {target:,}", speed[what] >= target) if target else ()
+        rows.append(Row(what, f"{speed[what]:,.0f} steps/CPU-s", ratio, *met))
+    return rows

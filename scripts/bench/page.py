@@ -52,4 +52,4 @@ def measure_and_print(
         rows = [row._replace(met=None) for row in rows]
     verdict = {True: "met", False: "**missed**", None: ""}
     cells = [[*row[:-1], verdict[row.met]] for row in rows]
-    print(about, table(["what", "figure", "ratio", "target", ""], cells), sep="\n")
+    print(about, table(["what", "figure", "ratio", "target", ""], cells, "---:"), sep="\n")

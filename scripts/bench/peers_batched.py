@@ -1,4 +1,4 @@
-"""Many worlds at once: the vector environment by size and by opponent, beside environments compiled by others."""
+"""Many worlds at once: the vector environment by size and by opponent, beside one that others compile."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from bench.contenders import CYCLES, Contender, Scale, check_plays, rows_of, stepping_all
+from bench.jaxmarl import jaxmarl_contenders
 from bench.page import Row
-from bench.peers_compiled import jaxmarl_contenders, pufferlib_contenders
 from bench.workload import random_team
-from predprey_env import EnvConfig, PredPreyVectorEnv, parallel_vector_env, vector_env
+from predprey_env import PredPreyVectorEnv, parallel_vector_env, vector_env
 from predprey_env.config import TeamName
 from predprey_env.policies.opponents import Opponent
 
@@ -22,7 +22,7 @@ TARGET = 3_000_000
 
 
 def rows(scale: Scale) -> list[Row]:
-    """The vector environment and its compiled peers."""
+    """Return rows of the vector environment and of its compiled peers."""
     contenders = [_ours(size, "predators", "random", "random prey", scale) for size in SIZES]
     base = contenders[SIZES.index(WORLDS)].what
     contenders += [
@@ -30,19 +30,18 @@ def rows(scale: Scale) -> list[Row]:
         _ours(WORLDS, "predators", random_team("prey"), "evolved prey (random networks)", scale),
         _ours(WORLDS, "prey", "parity_chase", "predators that `parity_chase`", scale),
         _ours(WORLDS, "prey", random_team("predators"), "evolved predators (random networks)", scale),
+        _both_teams(WORLDS, scale),
     ]
-    contenders.append(_both_teams(WORLDS, scale))
-    peers = [*pufferlib_contenders(WORLDS, base, scale), *jaxmarl_contenders(WORLDS, base)]
-    return rows_of([*contenders, *peers], scale.repetitions)
+    return rows_of([*contenders, *jaxmarl_contenders(WORLDS, base)], scale.repetitions)
 
 
 def make_env(n_worlds: int, team: TeamName, opponent: Opponent) -> PredPreyVectorEnv:
-    """Worlds that start again in the step in which they end: every call is a time step of every world."""
+    """Make worlds that start again in the step in which they end: every call is a time step of every world."""
     return vector_env(n_worlds, team, opponent, AutoresetMode.SAME_STEP)
 
 
 def random_actions(env: Any, n: int = 64) -> list[np.ndarray]:
-    """Actions for all rows, drawn before the clock runs."""
+    """Return actions for all rows, drawn before the clock runs."""
     generator = np.random.default_rng(0)
     n_actions = int(getattr(env, "single_action_space", env.action_space).n)
     return [generator.integers(0, n_actions, env.num_envs) for _ in range(n)]
@@ -55,7 +54,7 @@ def _ours(n_worlds: int, team: TeamName, opponent: Opponent, who: str, scale: Sc
     env.reset(seed=0)
     what = f"`vector_env({n_worlds}, ...)`, {team} against {who}"
     run = stepping_all(env, random_actions(env), n_calls)
-    return Contender(what, EnvConfig().n_agents, n_calls * n_worlds, run, target=target)
+    return Contender(what, n_calls * n_worlds, run, target=target)
 
 
 def _both_teams(n_worlds: int, scale: Scale) -> Contender:
@@ -66,7 +65,7 @@ def _both_teams(n_worlds: int, scale: Scale) -> Contender:
         for _ in range(64)
     ]
     what, run = f"`parallel_vector_env({n_worlds})`, both teams from outside", stepping_all(env, actions, n_calls)
-    return Contender(what, EnvConfig().n_agents, n_calls * n_worlds, run, target=TARGET)
+    return Contender(what, n_calls * n_worlds, run, target=TARGET)
 
 
 def _check(team: TeamName, opponent: Opponent) -> None:

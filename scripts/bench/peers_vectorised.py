@@ -16,7 +16,7 @@ from bench.contenders import CYCLES, Contender, Scale, find, rows_of, stepping_a
 from bench.page import Row
 from bench.peers_batched import make_env, random_actions
 from bench.workload import random_team
-from predprey_env import EnvConfig, team_view
+from predprey_env import team_view
 from predprey_env.config import TeamName
 from predprey_env.policies.opponents import Opponent
 
@@ -34,12 +34,12 @@ class LoopedViews:
         self.num_envs = n_worlds * len(self._agents)
 
     def reset(self, *, seed: int) -> tuple[np.ndarray, dict[str, Any]]:
-        """World ``w`` is seeded with ``seed + w``."""
+        """Reset all worlds; world ``w`` is seeded with ``seed + w``."""
         seen = [view.reset(seed=seed + world)[0] for world, view in enumerate(self._views)]
         return np.array([views[agent] for views in seen for agent in self._agents]), {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Rows are agents; worlds start again in the step in which they end."""
+        """Step all worlds, which start again in the step in which they end; rows are agents."""
         seen, earned, ended, late, agents = [], [], [], [], self._agents
         for view, chosen in zip(self._views, actions.reshape(-1, len(agents)).tolist(), strict=True):
             observations, rewards, terminated, truncated, _ = view.step(dict(zip(agents, chosen, strict=True)))
@@ -53,7 +53,7 @@ class LoopedViews:
 
 
 def rows(scale: Scale) -> list[Row]:
-    """Against a script, and against random networks."""
+    """Return rows against a script, and against random networks."""
     return [
         *_rows("run_straight", "prey that `run_straight`", scale),
         *_rows(random_team("prey"), "evolved prey (random networks)", scale),
@@ -76,7 +76,7 @@ def _rows(opponent: Opponent, who: str, scale: Scale) -> list[Row]:
         n_calls = scale.n_calls(WORLDS) if what == ours else CYCLES
         run = stepping_all(env, random_actions(env), n_calls) if env is not None else None
         against = "" if what == ours else ours + context
-        contenders.append(Contender(what + context, EnvConfig().n_agents, n_calls * WORLDS, run, against))
+        contenders.append(Contender(what + context, n_calls * WORLDS, run, against))
     return rows_of(contenders, scale.repetitions)
 
 

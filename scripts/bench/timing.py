@@ -27,7 +27,7 @@ def measure(work: Callable[[], object]) -> Seconds:
 
 
 def side_by_side(contenders: Mapping[str, Callable[[], object]], repetitions: int) -> dict[str, Seconds]:
-    """Median seconds of each.
+    """Return the median seconds of each.
 
     They take turns, so that a machine that slows down for a while slows all of them. In its turn each runs several
     times in a row, as generations follow each other, and all but the first count: that one finds caches full of what

@@ -25,7 +25,7 @@ _PEAK += "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
 
 
 def phase_rows(scale: Scale) -> list[Row]:
-    """Wall seconds of a generation, by phase, with a thread for each core."""
+    """Return the wall seconds of a generation, by phase, with a thread for each core."""
     seconds = _mean_seconds(scale)
     whole = seconds.pop("whole")
     seconds["rest"] = whole - sum(seconds.values())
@@ -42,7 +42,7 @@ def phase_rows(scale: Scale) -> list[Row]:
 
 
 def _mean_seconds(scale: Scale) -> dict[str, float]:
-    """Of a generation and its phases, the first generations left out."""
+    """Return the mean seconds of a generation and of its phases, the first generations left out."""
     warm = scale.warm_generations
     config = config_of(scale).replace(generations=warm + scale.generations)
     with tempfile.TemporaryDirectory() as place:
@@ -56,7 +56,7 @@ def _mean_seconds(scale: Scale) -> dict[str, float]:
 
 
 def process_rows(scale: Scale) -> list[Row]:
-    """What a user waits for, and the memory that a run takes."""
+    """Return what a user waits for, and the memory that a run takes."""
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as runs:
         surroundings = {**os.environ, "NUMBA_CACHE_DIR": cache}
 
@@ -85,7 +85,7 @@ _UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
 
 
 def _run(command: Sequence[str], surroundings: dict[str, str]) -> str:
-    """What a command prints; its complaints are the error if it fails."""
+    """Return what a command prints; its complaints are the error if it fails."""
     done = subprocess.run(command, env=surroundings, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{command[:3]} failed: {done.stderr.strip()}")

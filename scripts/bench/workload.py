@@ -24,7 +24,7 @@ class Scale(NamedTuple):
     n_episodes: int
     repetitions: int
     reference_trials: int
-    """Trials, of one episode each, that the reference evaluator plays."""
+    """Number of trials, of one episode each, that the reference evaluator plays."""
     env_steps: int
     generations: int
     warm_generations: int
@@ -37,7 +37,7 @@ QUICK = Scale(32, 2, 1, 2, 300, 4, 1, 2)
 
 
 def config_of(scale: Scale, output: Literal["logistic", "linear"] = "logistic") -> RunConfig:
-    """The preset at a scale; at full scale it is the preset itself, but for the activation of the outputs."""
+    """Return the preset at a scale; at full scale it is the preset itself, but for the activation of the outputs."""
     whole = preset(PRESET)
     return whole.replace(
         esp=whole.esp.replace(n_trials=scale.n_trials, n_episodes=scale.n_episodes),
@@ -47,7 +47,7 @@ def config_of(scale: Scale, output: Literal["logistic", "linear"] = "logistic") 
 
 
 def first_generation(config: RunConfig) -> TrialBatch:
-    """The trials of a run's first generation: teams drawn from random subpopulations, random starts."""
+    """Return the trials of a run's first generation: teams from random subpopulations, random starts."""
     esp, teams = config.esp, dict[Role, EvolvedTeams]()
     for role, side in new_sides(config).items():
         if not isinstance(side, EvolvingSide):
@@ -58,7 +58,7 @@ def first_generation(config: RunConfig) -> TrialBatch:
 
 
 def random_team(role: Role) -> Team:
-    """One team of the preset's first generation: random networks, as evolution starts from them."""
+    """Return a team of the preset's first generation: random networks, as evolution starts from them."""
     config = config_of(QUICK)
     batch = first_generation(config)
     teams = {"predators": batch.predators, "prey": batch.prey}[role]

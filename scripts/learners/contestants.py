@@ -39,7 +39,7 @@ class Contestant:
 
     @property
     def run(self) -> str:
-        """The run that it comes from; several contestants may share one."""
+        """Name of the run that it comes from; several contestants may share one."""
         return f"{self.trained}-{self.reward}" if self.method == "ppo" else self.name
 
 

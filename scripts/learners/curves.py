@@ -11,13 +11,14 @@ import numpy as np
 
 from esp_trainer.analysis import plots
 from learners.contestants import Contestant
+from learners.matrix import Kept
 from learners.train import curve_file
 
 POINTS = 40
 
 
 @dataclass(frozen=True)
-class Curves:
+class Curves(Kept):
     """One curve for each run and side, over as many points from its first step to its last."""
 
     names: np.ndarray
@@ -29,19 +30,9 @@ class Curves:
     caught: np.ndarray
     """float64 ``(n, POINTS)``: share of prey, against the opponents of the training."""
 
-    def save(self, path: Path) -> None:
-        """Write them to a file."""
-        np.savez_compressed(path, **vars(self))
-
-    @classmethod
-    def load(cls, path: Path) -> Curves:
-        """Read what :meth:`save` wrote."""
-        with np.load(path) as arrays:
-            return cls(**dict(arrays))
-
 
 def gather(contestants: Iterable[Contestant], place: Path) -> Curves:
-    """Of every run of PPO, once."""
+    """Return the curves of every run of PPO, once."""
     last = [each for each in contestants if each.method == "ppo" and each.part == 10]
     found = [
         (each.name, role, *_read(curve_file(place, each, role, seed), role))
@@ -62,7 +53,7 @@ def _read(file: Path, role: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw(curves: Curves, path: Path) -> None:
-    """A panel for each side: means over seeds with 95% intervals."""
+    """Draw a panel for each side: means over seeds with 95% intervals."""
     figure, axes = plots.panels(2, width=4.6, columns=2)
     data: dict[str, np.ndarray] = {}
     for panel, role in zip(axes, ("predators", "prey"), strict=True):

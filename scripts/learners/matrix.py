@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from tqdm import tqdm
@@ -21,8 +22,23 @@ from learners.contestants import TASK, Contestant
 from learners.train import spent_file, team_file
 
 
+class Kept:
+    """A dataclass of arrays that can be kept in a file."""
+
+    def save(self, path: Path) -> None:
+        """Write it to a file."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(path, **vars(self))
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read what :meth:`save` wrote."""
+        with np.load(path) as arrays:
+            return cls(**{name: array if array.ndim else array.item() for name, array in arrays.items()})
+
+
 @dataclass(frozen=True)
-class Matrix:
+class Matrix(Kept):
     """Who catches whom, team by team; rows are predators."""
 
     predators: np.ndarray
@@ -43,21 +59,9 @@ class Matrix:
     """str ``(n, 2)``: names of contestants and what they are, in the order of the tables."""
     n_episodes: int
 
-    def save(self, path: Path) -> None:
-        """Write it to a file."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, **vars(self))
-
-    @classmethod
-    def load(cls, path: Path) -> Matrix:
-        """Read what :meth:`save` wrote."""
-        with np.load(path) as arrays:
-            found = dict(arrays)
-        return cls(**{**found, "n_episodes": int(found["n_episodes"])})
-
 
 def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Matrix:
-    """Let all meet, each pair from the same starts."""
+    """Let all meet, each pair from the same starts; return who catches whom."""
     contestants, env = list(contestants), TASKS[TASK]
     evaluator = FusedEvaluator(env)
     sides = {
@@ -101,7 +105,7 @@ def _teams(contestant: Contestant, place: Path, role: Role, seed: int) -> TeamBa
 
 
 def _spent(contestant: Contestant, place: Path, role: Role, seed: int) -> tuple[float, float]:
-    """CPU seconds and steps of agents; of teams that learn together, those of both."""
+    """Return the CPU seconds and the steps of agents; of teams that learn together, those of both."""
     if contestant.method == "script":
         return float("nan"), float("nan")
     file = spent_file(place, contestant, role, seed)

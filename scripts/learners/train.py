@@ -8,10 +8,10 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from typing import Any
 
-from tqdm import tqdm
+from study import in_processes
 
 from esp_trainer import Team, preset
 from esp_trainer.analysis.history import History
@@ -20,11 +20,13 @@ from esp_trainer.types import ROLES, Role
 from learners.contestants import TASK, Contestant
 from predprey_env.agents import other_team
 
+Job = tuple[Any, ...]
+"""A function and its arguments."""
 _PPO = Path(__file__).parents[1] / "train_ppo.py"
 
 
 def team_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
-    """Where a team is kept."""
+    """Return where a team is kept."""
     run = place / contestant.run / f"seed-{seed}"
     if contestant.method != "ppo":
         return run / f"{role}.safetensors"
@@ -32,31 +34,29 @@ def team_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Pat
 
 
 def spent_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
-    """Where it is written what a team cost: its CPU seconds, and the agents' steps; PPO writes it for all its parts."""
+    """Return where a team's CPU seconds and agents' steps are kept; PPO writes them for all its parts."""
     if contestant.method == "ppo":
         return curve_file(place, contestant, role, seed)
     return team_file(place, contestant, role, seed).with_suffix(".json")
 
 
 def curve_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
-    """What PPO writes while it learns."""
+    """Return the file that PPO writes while it learns."""
     return team_file(place, contestant, role, seed).with_name("curve.csv")
 
 
 def train(contestants: Iterable[Contestant], place: Path, workers: int) -> None:
     """Make what is missing; answers to PPO last, as they need it."""
-    made = [each for each in contestants if each.method != "script"]
+    made = list(contestants)
     for stage in (("ppo", "evolved"), ("answer",)):
-        jobs: dict[str, Callable[[], None]] = {}
+        jobs: dict[str, Job] = {}
         for each in made:
-            if each.method in stage:
-                jobs |= _jobs(each, place)
-        if not jobs:
-            continue
-        with ThreadPoolExecutor(workers) as pool:
-            running = [pool.submit(job) for job in jobs.values()]
-            for done in tqdm(as_completed(running), total=len(running), unit="run", desc=" and ".join(stage)):
-                done.result()
+            jobs |= _jobs(each, place) if each.method in stage else {}
+        in_processes(_do, list(jobs.values()), workers, " and ".join(stage))
+
+
+def _do(work: Callable[..., None], *arguments: object) -> None:
+    work(*arguments)
 
 
 def publish(contestants: Iterable[Contestant], place: Path, out: Path) -> None:
@@ -68,22 +68,27 @@ def publish(contestants: Iterable[Contestant], place: Path, out: Path) -> None:
             shutil.copy(team_file(place, each, role, each.seeds[0]), out / f"{name}-{role}.safetensors")
 
 
-def _jobs(contestant: Contestant, place: Path) -> dict[str, Callable[[], None]]:
-    """What is still to run for a contestant, by name, as contestants may share runs."""
-    jobs: dict[str, Callable[[], None]] = {}
+def _jobs(contestant: Contestant, place: Path) -> dict[str, Job]:
+    """Return what is still to run for a contestant, by name, as contestants may share runs."""
+    jobs: dict[str, Job] = {}
     for seed in contestant.seeds:
         missing = [role for role in contestant.roles if not team_file(place, contestant, role, seed).exists()]
-        if contestant.method != "ppo" and missing:
-            jobs[f"{contestant.name}, {seed}"] = _command(contestant, place, seed)
+        out = place / contestant.run / f"seed-{seed}"
+        evolution = contestant.preset, contestant.generations, seed, out
+        if contestant.method == "evolved" and missing:
+            jobs[f"{contestant.name}, {seed}"] = evolve, *evolution
+        elif contestant.method == "answer" and missing:
+            jobs[f"{contestant.name}, {seed}"] = answer, *evolution, place / "together-dense" / f"seed-{seed}"
         elif contestant.trained == "together" and missing:
-            jobs[f"{contestant.run}, {seed}"] = _ppo(contestant, place, "both", seed)
-        elif missing:
-            jobs |= {f"{contestant.run}, {role}, {seed}": _ppo(contestant, place, role, seed) for role in missing}
+            jobs[f"{contestant.run}, {seed}"] = ppo, contestant, "both", seed, out
+        else:
+            jobs |= {f"{contestant.run}, {role}, {seed}": (ppo, contestant, role, seed, out / role) for role in missing}
     return jobs
 
 
-def _ppo(contestant: Contestant, place: Path, role: str, seed: int) -> Callable[[], None]:
-    out = place / contestant.run / f"seed-{seed}" / ("" if role == "both" else role)
+def ppo(contestant: Contestant, role: str, seed: int, out: Path) -> None:
+    """Train one side, or both, from nothing."""
+    shutil.rmtree(out, ignore_errors=True)  # what is there was not finished
     options: dict[str, object] = {
         "--task": TASK,
         "--reward": contestant.reward,
@@ -92,34 +97,13 @@ def _ppo(contestant: Contestant, place: Path, role: str, seed: int) -> Callable[
         "--n-worlds": contestant.n_worlds,
         "--out": out,
     }
-    words = [str(word) for option in options.items() for word in option]
-
-    def job() -> None:
-        shutil.rmtree(out, ignore_errors=True)  # what is there was not finished
-        _run([str(_PPO), role, *words])
-
-    return job
-
-
-def _command(contestant: Contestant, place: Path, seed: int) -> Callable[[], None]:
-    """In a process of its own, so that its CPU seconds are its own."""
-    made = "evolve" if contestant.method == "evolved" else "answer"
-    options = [contestant.preset, contestant.generations, seed, str(place / contestant.run / f"seed-{seed}")]
-    if made == "answer":
-        options.append(str(place / "together-dense" / f"seed-{seed}"))
-    code = (
-        f"import sys; sys.path.insert(0, {str(_PPO.parent)!r}); from learners.train import {made}; {made}(*{options!r})"
-    )
-    return lambda: _run(["-c", code])
-
-
-def _run(arguments: list[str]) -> None:
-    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False)
+    command = [sys.executable, str(_PPO), role, *(str(word) for option in options.items() for word in option)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise RuntimeError(f"{' '.join(arguments[:3])} failed: {done.stderr.strip().splitlines()[-1]}")
+        raise RuntimeError(f"{' '.join(command[1:3])} failed: {done.stderr.strip().splitlines()[-1]}")
 
 
-def evolve(name: str, generations: int, seed: int, out: str) -> None:
+def evolve(name: str, generations: int, seed: int, out: Path) -> None:
     """Coevolve both sides, and keep the last champions."""
     config = preset(name).replace(seed=seed, generations=generations)
     evaluator = FusedEvaluator(config.env, threads=1)
@@ -128,20 +112,20 @@ def evolve(name: str, generations: int, seed: int, out: str) -> None:
     history = History.evolve(config, evaluator)
     spent = time.process_time() - start
     for role in ROLES:
-        _keep(history, role, Path(out), spent)
+        _keep(history, role, out, spent)
 
 
-def answer(name: str, generations: int, seed: int, out: str, frozen: str) -> None:
+def answer(name: str, generations: int, seed: int, out: Path, frozen: Path) -> None:
     """Evolve each side against the other's frozen team of PPO, and keep the last champions."""
     config = preset(name).replace(seed=seed, generations=generations)
     evaluator = FusedEvaluator(config.env, threads=1)
     evaluator.compile()
     for role in ROLES:
         other = other_team(role)
-        team = Team.load(Path(frozen) / f"{other}-10.safetensors")
+        team = Team.load(frozen / f"{other}-10.safetensors")
         start = time.process_time()
         history = History.evolve(config, evaluator, fixed={other: team})
-        _keep(history, role, Path(out), time.process_time() - start)
+        _keep(history, role, out, time.process_time() - start)
 
 
 def _keep(history: History, role: Role, out: Path, spent: float) -> None:
