@@ -22,20 +22,17 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from race import report
 from race.measure import gather, measure_all
+from study import evolve
 
 from esp_trainer.cores import cores
-from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.plan import PlannedRun, read_plan
-from esp_trainer.sweep.pool import Work
-from esp_trainer.sweep.results import is_whole
 
 PLACE = Path(__file__).parent / "race"
 TASKS = ("3v1", "3v2")
-_WAIT = 1.0  # seconds between looks at the runs
 
 
 def main() -> None:
-    """Do what is still to do."""
+    """Do and measure the missing runs, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
     parser.add_argument("--report", action="store_true", help="run nothing")
@@ -88,34 +85,14 @@ def _rank(run: PlannedRun, plan: list[PlannedRun]) -> int:
 
 
 def _do(place: Path, panel: list[PlannedRun], runs: list[PlannedRun], kept: Path, workers: int) -> None:
-    """Run and measure one condition after the other, so that what is there can be read early."""
-    _evolve(place / "panel", panel, workers)
+    """Run and measure one condition after the other, so that the page can be read before all are done."""
+    evolve(place / "panel", panel, workers)
     opponents = [place / "panel" / run.name for run in panel]
     for condition in dict.fromkeys(run.cell for run in runs):
         own = [run for run in runs if run.cell == condition]
-        _evolve(place, own, workers)
+        evolve(place, own, workers)
         measure_all(place, own, opponents, workers)
         gather(place, own, kept)
-
-
-def _evolve(place: Path, runs: list[PlannedRun], workers: int) -> None:
-    """Do the runs that are not whole, as ``esp-trainer sweep`` does."""
-    todo = [run for run in runs if not is_whole(place / run.name, run)]
-    if not todo:
-        return
-    place.mkdir(parents=True, exist_ok=True)
-    pool = LocalPool([Work(place / run.name, run.config) for run in todo], workers)
-    try:
-        left = len(todo)
-        while left:
-            for path, reason in pool.outcomes(_WAIT):
-                left -= 1
-                print(f"{path.name}: {reason or 'done'}; {left} left", file=sys.stderr, flush=True)
-    except KeyboardInterrupt:
-        pool.stop()
-        raise
-    finally:
-        pool.close()
 
 
 if __name__ == "__main__":

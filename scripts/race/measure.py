@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
+from study import in_processes
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import Opponents, caught_by_each, held_out_opponents, scripts
@@ -50,11 +48,8 @@ def is_measured(place: Path, run: PlannedRun) -> bool:
 
 def measure_all(place: Path, runs: Sequence[PlannedRun], panel: Sequence[Path], workers: int) -> None:
     """Measure the runs that have not been measured yet, each in a process of its own."""
-    todo = [run for run in runs if not is_measured(place, run)]
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        jobs = [pool.submit(_measure_run, place, run, panel) for run in todo]
-        for job in tqdm(as_completed(jobs), total=len(jobs), unit="run", desc="measuring"):
-            job.result()
+    jobs = [(place, run, panel) for run in runs if not is_measured(place, run)]
+    in_processes(_measure_run, jobs, workers, "measuring")
 
 
 def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:

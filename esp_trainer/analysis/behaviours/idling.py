@@ -13,7 +13,7 @@ def idling(paths: Paths, _: Thresholds) -> np.ndarray:
 
     "To evolve blocking strategies in predators, the idle action is often important" (V).
     """
-    return np.asarray(_idle(paths).sum(axis=(1, 2)) / np.maximum(paths.lengths * paths.n_predators, 1))
+    return _idle(paths).sum(axis=(1, 2)) / np.maximum(paths.lengths * paths.n_predators, 1)
 
 
 def parity_idle(paths: Paths, _: Thresholds) -> np.ndarray:

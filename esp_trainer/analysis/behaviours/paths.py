@@ -121,12 +121,12 @@ class Paths:
     @cached_property
     def alive(self) -> np.ndarray:
         """True at rows of the episode at which the prey is not yet caught, bool ``(n_episodes, n_rows, n_prey)``."""
-        return np.asarray(self.valid[:, :, None] & (np.arange(self.n_rows)[:, None] < self.capture_times[:, None, :]))
+        return self.valid[:, :, None] & (np.arange(self.n_rows)[:, None] < self.capture_times[:, None, :])
 
     @cached_property
     def captured(self) -> np.ndarray:
         """True for prey that are caught in the episode, bool ``(n_episodes, n_prey)``."""
-        return np.asarray(self.capture_times < self.n_rows)
+        return self.capture_times < self.n_rows
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -152,7 +152,7 @@ class Paths:
     @cached_property
     def distances(self) -> np.ndarray:
         """Toroidal Manhattan distances, in steps, int32 ``(n_episodes, n_rows, n_predators, n_prey)``."""
-        return np.asarray(np.abs(self.offsets).sum(axis=-1, dtype=np.int32))
+        return np.abs(self.offsets).sum(axis=-1, dtype=np.int32)
 
     def between_prey(self, one: int, other: int) -> np.ndarray:
         """Return the displacement from prey ``one`` to prey ``other``, in cells, int64 ``(n_episodes, n_rows, 2)``."""
@@ -163,11 +163,11 @@ class Paths:
         ``(n_episodes, n_rows)``.
         """
         rows = np.arange(self.n_rows)
-        return np.asarray((rows >= back) & (rows + on <= self.lengths[:, None]))
+        return (rows >= back) & (rows + on <= self.lengths[:, None])
 
 
 def _until(last: np.ndarray, n_rows: int) -> np.ndarray:
-    return np.asarray(np.arange(n_rows) <= last[:, None])
+    return np.arange(n_rows) <= last[:, None]
 
 
 def _inferred(predators: np.ndarray, prey: np.ndarray, lengths: np.ndarray, size: int) -> np.ndarray:

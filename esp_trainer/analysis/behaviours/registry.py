@@ -52,7 +52,7 @@ class Detector:
         found = self.rule(paths, Thresholds())
         if found.ndim == 2:
             return found
-        return np.asarray((np.nan_to_num(found)[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None]))
+        return (np.nan_to_num(found)[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None])
 
     def __call__(self, paths: Paths, thresholds: Thresholds | None = None) -> np.ndarray:
         """Return a number per episode, float ``(n_episodes,)``: 1 if the behaviour is seen, 0 if not, or a fraction.
