@@ -71,6 +71,11 @@ def vector_env(
     return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode, pictured)
 
 
+def registered(num_envs: int = 1, **options: Any) -> PredPreyVectorEnv:
+    """Return a :func:`vector_env` of ``num_envs`` worlds, for :func:`gymnasium.make_vec`."""
+    return vector_env(num_envs, **options)
+
+
 class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):  # type: ignore[misc] # np_random is read-only
     """Many worlds as a vector environment whose rows are agents: row ``w * n_agents + a`` is agent ``a`` of world
     ``w``.

@@ -1,0 +1,116 @@
+"""A whole team as one agent, for tools that know only Gymnasium's ``Env``."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias, Unpack
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box, MultiDiscrete
+
+from predprey_env.config import EnvConfig, EnvParameters, TeamName
+from predprey_env.envs.fixed import Configured, read_only
+from predprey_env.envs.options import Options
+from predprey_env.envs.parallel import PredPreyEnv
+from predprey_env.envs.team import TeamView
+from predprey_env.policies.pool import Opponents
+from predprey_env.settings import spell_out
+
+Info: TypeAlias = dict[str, Any]
+
+
+@spell_out(EnvConfig)
+def joint_env(
+    team: TeamName, opponent: Opponents, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
+) -> JointTeam:
+    """Return an environment in which one agent plays a whole team.
+
+    Args:
+        team: ``"predators"`` or ``"prey"``.
+        opponent: Policy of the other team, or a pool, as in :func:`predprey_env.team_view`.
+        render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
+        parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
+    """
+    return JointTeam(TeamView(PredPreyEnv(EnvConfig(**parameters), render_mode), team, opponent))
+
+
+class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
+    """A team as one agent: it observes what all agents of the team observe, and chooses all of their actions.
+
+    Observations are those of the agents one after the other, float32 ``(n_agents * n_seen,)``; actions are an action
+    for each agent, int ``(n_agents,)``. The reward is the mean of the agents' rewards, which are equal unless
+    ``credit="individual"``. Infos hold ``n_captured`` and ``steps``, and with several opponents ``opponent``.
+    """
+
+    view: TeamView = read_only("view")
+    """The environment of the team's agents."""
+
+    def __init__(self, view: TeamView) -> None:
+        if view.captured_prey != "inert":
+            raise ValueError(f"in a joint env captured_prey must be 'inert', got {view.captured_prey!r}")
+        self._view = view
+        first, n_agents = view.possible_agents[0], len(view.possible_agents)
+        space, choices = view.observation_space(first), view.action_space(first)
+        self.observation_space = Box(np.tile(space.low, n_agents), np.tile(space.high, n_agents), dtype=np.float32)
+        self.action_space = MultiDiscrete([int(choices.n)] * n_agents)
+        self.metadata = {**view.metadata, "name": "predprey_joint_v0"}
+        self.render_mode = view.render_mode
+
+    @property
+    def _config(self) -> EnvConfig:
+        return self._view.config
+
+    @property
+    def max_cycles(self) -> int:
+        """Time limit in steps; see :attr:`predprey_env.TeamView.max_cycles`."""
+        return self._view.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self._view.max_cycles = steps
+
+    @property  # type: ignore[misc] # read-only
+    def np_random(self) -> np.random.Generator:
+        """The environment's generator."""
+        return self._view.np_random
+
+    @property
+    def np_random_seed(self) -> int:
+        """Seed from which the generator was made."""
+        return self._view.np_random_seed
+
+    _np_random = np_random  # Gymnasium's checker looks here
+
+    def reset(self, *, seed: int | None = None, options: Options | None = None) -> tuple[np.ndarray, Info]:
+        """Start an episode; see :meth:`predprey_env.TeamView.reset`."""
+        observations, infos = self._view.reset(seed, options)
+        return self._together(observations), self._info(infos)
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
+        """Play one time step with an action for each agent, int ``(n_agents,)``."""
+        if not self._view.agents:
+            raise RuntimeError("reset() must be called before step()")
+        chosen = np.asarray(action)
+        if chosen.shape != self.action_space.shape or chosen.dtype.kind not in "iu":
+            expected = f"integers of shape {self.action_space.shape}"
+            raise ValueError(f"actions must be {expected}, got {chosen.dtype} of shape {chosen.shape}")
+        told = self._view.step(dict(zip(self._view.possible_agents, chosen.tolist(), strict=True)))
+        observations, rewards, terminations, truncations, infos = told
+        reward = float(np.mean(list(rewards.values())))
+        ended = any(terminations.values()), any(truncations.values())
+        return self._together(observations), reward, *ended, self._info(infos)
+
+    def render(self) -> Any:
+        """Render the world; see :meth:`predprey_env.PredPreyEnv.render`."""
+        return self._view.render()
+
+    def close(self) -> None:
+        """Close the environment and its window."""
+        self._view.close()
+
+    def _together(self, observations: dict[str, np.ndarray]) -> np.ndarray:
+        return np.concatenate([observations[agent] for agent in self._view.possible_agents])
+
+    def _info(self, infos: dict[str, Any]) -> Info:
+        first = infos[self._view.possible_agents[0]]
+        return {name: first[name] for name in ("n_captured", "steps", "opponent") if name in first}
