@@ -1,4 +1,21 @@
-"""Coevolution of predator and prey teams by Enforced SubPopulations (Rawal, Rajagopalan & Miikkulainen 2010)."""
+"""Coevolution of predator and prey teams by Enforced SubPopulations (Rawal, Rajagopalan & Miikkulainen 2010).
+
+Evolve both teams, and play the last champions against each other::
+
+    >>> from esp_trainer import FusedEvaluator, History, match, preset
+    >>> config = preset("smoke").replace(generations=3)
+    >>> history = History.evolve(config, FusedEvaluator(config.env))
+    >>> predators, prey = (history.team(role, generation=2) for role in ("predators", "prey"))
+    >>> captures = match(predators, prey, config.env, n_episodes=200)
+    >>> 0 <= captures.caught.rate <= 1
+    True
+
+Teams that ship with the package are policies for any environment of :mod:`predprey_env`::
+
+    >>> from esp_trainer import load_team
+    >>> load_team("paper-3v2/prey/seed-500-late")
+    <Team: 2 prey, split networks, preset paper-3v2, seed 500, generation 408>
+"""
 
 from __future__ import annotations
 

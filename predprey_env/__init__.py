@@ -1,4 +1,25 @@
-"""Predators and prey on a toroid, as a PettingZoo environment."""
+"""Predators and prey on a toroid: PettingZoo and Gymnasium environments.
+
+A parallel environment of both teams::
+
+    >>> from predprey_env import parallel_env
+    >>> env = parallel_env(n_prey=1, size=20)
+    >>> observations, infos = env.reset(seed=0)
+    >>> while env.agents:
+    ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+    ...     observations, rewards, terminations, truncations, infos = env.step(actions)
+
+One team, the other played by a script, an evolved team or a policy of yours, in one world or in many::
+
+    >>> from predprey_env import team_view, vector_env
+    >>> env = team_view("predators", opponent="flee_nearest")
+    >>> envs = vector_env(64, "predators", opponent="flee_nearest", reward="dense")
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations.shape
+    (192, 4)
+
+The specification is the docstring of :mod:`predprey_env.predprey_v0`.
+"""
 
 import gymnasium
 import pettingzoo

@@ -1,6 +1,7 @@
 """The arrows of the house: who may import whom."""
 
 import ast
+import doctest
 import importlib
 import re
 import sys
@@ -126,3 +127,9 @@ def test_the_version_is_stated_once() -> None:
     stated = re.findall(r'"\d+\.\d+\.\d+"', (ROOT / "pyproject.toml").read_text())
     assert stated == []
     assert version("predprey-esp") == predprey_env.__version__
+
+
+@pytest.mark.parametrize("package", ["predprey_env", "esp_trainer"])
+def test_the_examples_of_a_package_run(package: str) -> None:
+    done = doctest.testmod(importlib.import_module(package))
+    assert (done.failed, done.attempted > 0) == (0, True)
