@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import plots
-from esp_trainer.analysis.inference import holm, summary
+from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.measure import Arrays
@@ -54,11 +54,13 @@ def _of_task(task: str, found: Task) -> str:
         [
             f"## {TASK_TITLES[task]}",
             *([_answer(found["race"])] if "race" in found else []),
+            *([_splitting(found)] if {"race", "race-monolithic"} <= found.keys() else []),
             f"![Level by generation](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
             _table(found, _LEVELS),
             "Gains against the panel: the last sixth of the generations less the first.",
             _table(found, _GAINS),
+            *([_contrasts(found)] if "race" in found else []),
             _lesser(found),
             *(
                 [f"![Exploiters against the champion](race/exploiters-{task}.png)", _EXPLOITERS]
@@ -92,6 +94,61 @@ def _answer(arrays: Arrays) -> str:
         f"predators, and the predators catch {catch} of the panel's prey.\n\nBy the protocol the first hypothesis, "
         f"that both sides still improve in the second half, **{verdict}** for these seeds."
     )
+
+
+def _splitting(found: Task) -> str:
+    """Return what splitting the prey's networks comes to, within the recommended preset."""
+    split, whole = found["race"], found["race-monolithic"]
+    late = compare(*(endpoints.gains(each, "prey", half=True).mean(axis=1) for each in (split, whole)))
+    reached = compare(*(endpoints.level(each, "prey", "panel") for each in (split, whole)))
+    verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
+    return (
+        f"**Split networks against one network for each prey** (`race-monolithic`, {len(whole['config'])} seeds, else "
+        f"the same): the prey's second-half gain is larger by {_difference(late)}, and their level at the end by "
+        f"{_difference(reached)}. By the protocol the second hypothesis, that splitting sustains the race, "
+        f"**{verdict}** for these seeds."
+    )
+
+
+def _difference(found: Comparison) -> str:
+    return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
+
+
+def _contrasts(found: Task) -> str:
+    """Return a table of `race` less each other condition, at the end of the run and in its second half."""
+    others = [name for name in found if name != "race"]
+    measures = {
+        f"{role}, {what}": measure
+        for role in ROLES
+        for what, measure in (("level", _reached(role)), ("2nd half", _late(role)))
+    }
+    cells = {
+        name: [compare(measure(found["race"]), measure(found[name])) for measure in measures.values()]
+        for name in others
+    }
+    corrected = iter(holm([each.p for row in cells.values() for each in row]))
+    title = (
+        "`race` less each other condition, against the panel: Hodges-Lehmann differences between seeds [95% interval], "
+        "and p of the rank test (Holm over this table)."
+    )
+    lines = [
+        title,
+        "",
+        "| condition | " + " | ".join(measures) + " |",
+        "| --- |" + " --- |" * len(measures),
+    ]
+    for name, row in cells.items():
+        told = (f"{_difference(each)}, p {next(corrected):.2g}" for each in row)
+        lines.append(f"| `{name}` | {' | '.join(told)} |")
+    return "\n".join(lines)
+
+
+def _reached(role: Role) -> Callable[[Arrays], np.ndarray]:
+    return lambda arrays: endpoints.level(arrays, role, "panel")
+
+
+def _late(role: Role) -> Callable[[Arrays], np.ndarray]:
+    return lambda arrays: np.asarray(endpoints.gains(arrays, role, half=True).mean(axis=1))
 
 
 _EXPLOITERS = (
