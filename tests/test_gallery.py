@@ -1,4 +1,4 @@
-"""The gallery of the README: its commands show what they are named after."""
+"""The page ``docs/gallery.md``: its commands show what they are named after."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from predprey_env import EnvConfig
 
 ROOT = Path(__file__).parents[1]
 COMMANDS = re.findall(
-    r"^esp-trainer (replay .* --gif docs/gallery/.*)$", (ROOT / "README.md").read_text(), re.MULTILINE
+    r"^esp-trainer (replay .* --gif docs/gallery/.*)$", (ROOT / "docs/gallery.md").read_text(), re.MULTILINE
 )
 
 

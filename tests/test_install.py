@@ -194,8 +194,8 @@ def test_the_extra_all_has_every_extra_of_a_use() -> None:
     assert everything.extras == extras.keys() - {"all", "test", "dev"}
 
 
-def test_the_readme_says_what_each_extra_is_for() -> None:
-    told = re.findall(r'^\| `"\.\[(\w+)\]"`', (ROOT / "README.md").read_text(), re.MULTILINE)
+def test_a_page_says_what_each_extra_is_for() -> None:
+    told = re.findall(r'^\| `"\.\[(\w+)\]"`', (ROOT / "docs/training.md").read_text(), re.MULTILINE)
     assert set(told) == PROJECT["optional-dependencies"].keys() - {"test", "dev"}
 
 

@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs/tools.md"
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
@@ -25,16 +26,16 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def snippet_of(tool: str) -> str:
-    """The Python text that README.md shows for a tool."""
-    found: list[str] = re.findall(rf"<!-- tool: {tool} -->\s*```python\n(.*?)```", README.read_text(), re.DOTALL)
+    """The Python text that docs/tools.md shows for a tool."""
+    found: list[str] = re.findall(rf"<!-- tool: {tool} -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     if len(found) != 1:
-        raise ValueError(f"README.md must show one snippet under <!-- tool: {tool} -->, got {len(found)}")
+        raise ValueError(f"docs/tools.md must show one snippet under <!-- tool: {tool} -->, got {len(found)}")
     return found[0]
 
 
 @pytest.fixture(scope="module")
 def snippet(request: pytest.FixtureRequest) -> Iterator[dict[str, Any]]:
-    """The names that README.md's snippet for the tool of this test file leaves behind; it has been run as it stands.
+    """The names that the snippet for the tool of this test file in docs/tools.md leaves behind, once it has run.
 
     It runs as a module, as the classes of one can be pickled.
     """
@@ -42,7 +43,7 @@ def snippet(request: pytest.FixtureRequest) -> Iterator[dict[str, Any]]:
     module = ModuleType(f"snippet_of_{tool}")
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, module.__name__, module)
-        exec(compile(snippet_of(tool), f"README.md, {tool}", "exec"), vars(module))
+        exec(compile(snippet_of(tool), f"docs/tools.md, {tool}", "exec"), vars(module))
         yield vars(module)
 
 
@@ -50,7 +51,7 @@ def snippet(request: pytest.FixtureRequest) -> Iterator[dict[str, Any]]:
 def caught_by_example(request: pytest.FixtureRequest, tmp_path: Path) -> list[float]:
     """Fractions of prey that the example of the tool of this test file prints in its quick form, in order."""
     tool = request.path.stem.split("_")[1]
-    command = [sys.executable, str(README.parent / "examples" / f"train_{tool}.py"), "--quick"]
+    command = [sys.executable, str(ROOT / "examples" / f"train_{tool}.py"), "--quick"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stderr
     return [float(each) for each in re.findall(r"CPU-seconds: (\d\.\d\d) of the prey caught", done.stdout)]

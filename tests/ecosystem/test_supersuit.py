@@ -172,7 +172,7 @@ def test_copies_start_differently_without_a_seed_too(processes: int) -> None:
 
 
 def test_processes_that_hold_two_copies_each_share_seeds() -> None:
-    """SuperSuit numbers seeds from the process's place, not from the copy's: README.md gives each copy a process."""
+    """SuperSuit numbers seeds from the process's place, not the copy's: docs/tools.md gives each copy a process."""
     env = vectorised("inert", 4, processes=2)
     starts, _ = env.reset(seed=0)
     env.close()
