@@ -17,6 +17,11 @@ TEAMS: tuple[TeamName, TeamName] = ("predators", "prey")
 
 CLOSENESS = ("uncaught", "all", "nearest")
 
+SHAPES = frozenset({"n_predators", "n_prey", "predator_idle"})
+"""Fields of :class:`EnvConfig` that decide which teams fit the world."""
+PAYOFF = frozenset({"closeness", "credit", "prey_fitness", "reward"})
+"""Fields of :class:`EnvConfig` that define the payoff. All fields that are in neither set change how episodes go."""
+
 
 class TeamShape(NamedTuple):
     """Sizes of one team in a world."""

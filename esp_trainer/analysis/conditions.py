@@ -9,18 +9,18 @@ from typing import Any
 from esp_trainer.analysis.pooling import MAY_DIFFER
 from esp_trainer.config import RunConfig
 from esp_trainer.types import ROLES
-from predprey_env.config import EnvConfig
+from predprey_env.config import PAYOFF, EnvConfig
 from predprey_env.settings import flat
-
-_PAYOFF = {"closeness", "credit", "prey_fitness", "reward"}
-"""Fields of a world that define the payoff. Teams trained on different payoffs can still play each other."""
 
 _Fields = dict[str, Any]
 
 
 def world_of(env: EnvConfig) -> _Fields:
-    """Return the fields of a world that decide which teams can play in it and which prey are caught."""
-    return env.model_dump(exclude=_PAYOFF)
+    """Return the fields of a world that decide which teams can play in it and which prey are caught.
+
+    Teams trained on different payoffs can still play each other.
+    """
+    return env.model_dump(exclude=set(PAYOFF))
 
 
 def check_same_world(runs: Sequence[tuple[Path, RunConfig]]) -> None:

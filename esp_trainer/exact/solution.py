@@ -17,9 +17,10 @@ from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
 from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen_from, states_of, turns_of
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from predprey_env.config import EnvConfig
+from predprey_env.config import PAYOFF, EnvConfig
 from predprey_env.jit.compilation import entry_point, rule
 
+_MAY_DIFFER = {*PAYOFF, "max_cycles", "start_collisions", "captured_prey"}
 _PART = 1024  # number of states that a thread takes at a time
 _CHUNK = 1 << 16  # number of keys that are counted at a time
 _COUNTABLE = 10**18  # number of bytes above which an error says only "more than"
@@ -71,9 +72,12 @@ class Solution:
         return self.states.number[self.states.first_key[-2] :]
 
     def plays(self, env: EnvConfig) -> bool:
-        """Return whether a world has the same moves as the solved one; its fitness and its time limit may differ."""
-        same = ("size", "n_predators", "n_prey", "move_order", "swap_captures", "predator_idle")
-        return all(getattr(env, field) == getattr(self.config, field) for field in same)
+        """Return whether a world has the same moves as the solved one.
+
+        Its payoff, its time limit, its starts and the fate of captured prey may differ.
+        """
+        ours, theirs = (config.model_dump(exclude=_MAY_DIFFER) for config in (self.config, env))
+        return ours == theirs
 
     def value(self, cells: np.ndarray, steps: int) -> np.ndarray:
         """Return the number of prey caught from states in which all prey are free, with ``steps`` steps left.

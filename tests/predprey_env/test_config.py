@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from predprey_env import EnvConfig
-from predprey_env.config import Rules
+from predprey_env.config import PAYOFF, SHAPES, Rules
 from predprey_env.settings import Settings
 
 
@@ -180,3 +180,8 @@ def test_compiled_code_reads_every_switch() -> None:
     )
     assert other.rules == Rules(1, 4, 7, 9, True, True, 2, True, True)
     assert EnvConfig(closeness="all").rules.closeness == 1
+
+
+def test_payoff_and_shapes_are_fields_of_their_own() -> None:
+    assert EnvConfig.model_fields.keys() >= PAYOFF | SHAPES
+    assert not PAYOFF & SHAPES
