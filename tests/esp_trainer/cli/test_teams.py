@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from esp_trainer.cli import replay, teams
+from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.match import match
 from esp_trainer.presets import preset
 from esp_trainer.statistics import wilson
-from esp_trainer.types import ScriptedTeams
+from esp_trainer.types import ROLES, ScriptedTeams
 from predprey_env import EnvConfig
 
 if TYPE_CHECKING:
@@ -185,17 +186,19 @@ def test_a_team_without_a_world_plays_a_script_in_the_papers(
 
 
 def test_of_two_teams_without_a_world_the_predators_say_whether_they_may_idle(
-    esp_trainer: Callable[..., Any], tmp_path: Path, prey: Path
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    options = ["--env.predator_idle", "false", "--generations", "1", "--quiet"]
-    assert esp_trainer("train", "smoke", *options, "--out", "run").code == 0
-    _team_of_someone({}, tmp_path / "run/champions/predators-00000.safetensors").save("hunters.safetensors")
-    _team_of_someone({}, prey).save("hunted.safetensors")
-    pair = ["hunters.safetensors", "--against", "hunted.safetensors", "--episodes", "10"]
-    one = esp_trainer("evaluate", *pair)
-    assert (one.code, one.err.split(" ")[0]) == (0, "hunters.safetensors")
-    assert "predator_idle=False" in one.out
-    assert esp_trainer("evaluate", *pair[2::-1], *pair[3:]) == one
+    config = preset("paper-3v2").with_fields({"env.predator_idle": False})
+    hunters, hunted = (str(tmp_path / f"{role}.safetensors") for role in ROLES)
+    for role, file in zip(ROLES, (hunters, hunted), strict=True):
+        controller, n_agents = side_controller(config, role), config.env.team(role).n_agents
+        genomes = np.zeros((n_agents, *controller.shape), np.float32)
+        Team(role, side_config(config, role), controller, genomes).save(file)
+    for pair in ((hunters, hunted), (hunted, hunters)):
+        players, env = teams.pair(*pair)
+        assert list(players) == [Team.load(file).role for file in pair]
+        assert not env.predator_idle
+        assert capsys.readouterr().err.split(" ")[0] == hunters
 
 
 def test_teams_without_a_world_that_do_not_fit_are_refused(

@@ -180,7 +180,7 @@ def _bars(written: str) -> list[str]:
     return [state for state in states if "?" not in state]  # before the first generation
 
 
-@pytest.mark.parametrize("columns", [80, 100, 160])
+@pytest.mark.parametrize("columns", [80, *(pytest.param(n, marks=pytest.mark.slow) for n in (100, 160))])
 def test_on_a_terminal_a_bar_shows_generation_success_rates_seconds_and_time_left(columns: int) -> None:
     code, written = _on_a_terminal(columns, "train", "smoke", "--generations", "40")
     assert code == 0

@@ -132,7 +132,9 @@ def _no_space() -> OSError:
     return OSError(errno.ENOSPC, "No space left on device")
 
 
-@pytest.mark.parametrize("error", [_Killed, _no_space], ids=["death", "a full disk"])
+@pytest.mark.parametrize(
+    "error", [_Killed, pytest.param(_no_space, marks=pytest.mark.slow)], ids=["death", "a full disk"]
+)
 def test_a_run_that_stops_at_any_sync_or_rename_resumes_to_the_same_bytes(
     error: Any,
     tiny: RunConfig,
