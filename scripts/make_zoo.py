@@ -1,9 +1,10 @@
-"""The zoo of evolved teams that ships with the package, from nothing: ``esp_trainer/teams/zoo``.
+"""Make the zoo of evolved teams that ships with the package, ``esp_trainer/teams/zoo``.
 
-For both tasks it evolves three presets, the paper's and those whose prey (``modern``) and predators (``drawn``) stand
-highest against held-out opponents in ``docs/reproduction.md``, from seeds that no experiment of this project has, keeps
-of each third of each run the champions that do best against the other runs, and lets everybody meet everybody, scripts
-too. Teams of the seeds in ``HELD_OUT`` are for reporting only. Some minutes on two cores.
+For both tasks it evolves the race presets and the presets of the first zoo: the paper's, and those whose prey
+(``modern``) and predators (``drawn``) stood highest against held-out opponents in ``docs/reproduction.md``. Their seeds
+are in no experiment of this project. Of each third of each run it keeps the champion of each side that does best
+against the other runs, and then plays all against all, scripts too. Teams of the seeds in ``HELD_OUT`` are for
+reporting only. It takes some two hours on two cores, and goes on where it was stopped.
 
     python scripts/make_zoo.py
     python scripts/make_zoo.py --quick --out runs/zoo  # small and meaningless, to see that it works
@@ -33,20 +34,22 @@ from esp_trainer.files import SCHEMA, digest_of, to_json, write, write_arrays
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
 from esp_trainer.tasks import TASKS
+from esp_trainer.teams.zoo import FIRST, PLACE
 from esp_trainer.teams.zoo import HELD_OUT as HELD_OUT_PREFIX
-from esp_trainer.teams.zoo import PLACE
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
-PRESETS = ("paper", "modern", "drawn")
+PRESETS = (*FIRST, "race")
+GENERATIONS = {"race-3v2": 600}
+"""Generations of a run where they are not the preset's. Later prey of ``race-3v2`` are hardly ever caught."""
 SEEDS = (500, 501, 502)
 HELD_OUT = (900, 901, 902)
 STAGES = ("early", "middle", "late")
 SAMPLED = 45
 """Generations of a run that are candidates, a third of them for each stage."""
 EPISODES = 512
-"""Of each meeting in the matrix that ships."""
+"""Episodes of each meeting in the matrix that ships."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,11 @@ class Run:
     def held_out(self) -> bool:
         """Whether its teams are for reporting only."""
         return self.seed in HELD_OUT
+
+    @property
+    def is_first(self) -> bool:
+        """Whether it is a run of the first zoo."""
+        return self.history.config.preset.startswith(FIRST)
 
     @property
     def thirds(self) -> list[np.ndarray]:
@@ -79,12 +87,12 @@ class Chosen:
 
     @property
     def name(self) -> str:
-        """Its name there."""
+        """Name in the zoo."""
         prefix = HELD_OUT_PREFIX if self.run.held_out else ""
         return f"{prefix}{self.run.history.config.preset}/{self.role}/seed-{self.run.seed}-{self.stage}"
 
     def as_dict(self) -> dict[str, Any]:
-        """What the index says of it, before it is measured."""
+        """Return the entry in the index, before the team is measured."""
         return {
             "name": self.name,
             "task": self.run.task,
@@ -97,13 +105,15 @@ class Chosen:
 
 
 def main() -> None:
-    """Make all of it."""
+    """Evolve, choose, play and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=PLACE, help="by default into the package")
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/zoo, or runs/zoo-quick")
     parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
     options = parser.parse_args()
-    runs = evolve(options.quick, options.workers)
+    kept = options.runs or Path("runs/zoo-quick" if options.quick else "runs/zoo")
+    runs = evolve(kept, options.quick, options.workers)
     entries: list[dict[str, Any]] = []
     for task in TASKS:
         chosen = choose([run for run in runs if run.task == task])
@@ -114,40 +124,62 @@ def main() -> None:
     print(f"{options.out}: {len(entries)} teams")
 
 
-def evolve(quick: bool, workers: int) -> list[Run]:
-    """Every run, each on one core."""
+def evolve(kept: Path, quick: bool, workers: int) -> list[Run]:
+    """Return every run, evolved on one core each, or read from the directory ``kept``."""
     todo = [
         (task, seed, small(config) if quick else config)
         for task in TASKS
         for name in PRESETS
         for seed in (*SEEDS, *HELD_OUT)
-        for config in [preset(f"{name}-{task}").replace(seed=seed)]
+        for config in [_configured(f"{name}-{task}", seed)]
     ]
+    kept.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        histories = pool.map(_evolve, [config for *_, config in todo])
+        histories = pool.map(_evolve, [config for *_, config in todo], [kept] * len(todo))
         found = list(tqdm(histories, total=len(todo), unit="run", desc="evolving"))
     return [Run(task, seed, history) for (task, seed, _), history in zip(todo, found, strict=True)]
 
 
+def _configured(name: str, seed: int) -> RunConfig:
+    config = preset(name).replace(seed=seed)
+    return config.replace(generations=GENERATIONS.get(name, config.generations))
+
+
 def small(config: RunConfig) -> RunConfig:
-    """A run of seconds."""
-    esp = config.esp.replace(n_trials=40, n_episodes=1, hof_mates=0)
-    champion = config.champion.replace(n_candidates=3, n_held_out=16)
-    return config.replace(generations=6, esp=esp, champion=champion)
+    """Return the config of a run that takes seconds."""
+    esp = {"n_trials": 40, "n_episodes": 2, "hof_mates": 0, "exploiters_every": 0}
+    champion = {"n_candidates": 3, "n_past": 0, "n_held_out": 16}
+    return config.replace(generations=6, esp=config.esp.replace(**esp), champion=config.champion.replace(**champion))
 
 
-def _evolve(config: RunConfig) -> History:
-    return History.evolve(config, FusedEvaluator(config.env, threads=1))
+def _evolve(config: RunConfig, kept: Path) -> History:
+    file = kept / f"{config.preset}-seed{config.seed}.safetensors"
+    if file.exists():
+        history = History.load(file)
+        if history.config == config:
+            return history
+    history = History.evolve(config, FusedEvaluator(config.env, threads=1))
+    history.save(file)
+    return history
 
 
 def choose(runs: list[Run]) -> list[Chosen]:
-    """For each role, run and stage the champion that does best, on average, against the last champions of each third
-    of the other runs that are not held out.
+    """Return the chosen champions of all runs of a task, those of the first zoo first.
+
+    The first zoo is chosen without the race presets, as it was before there were any.
+    """
+    first, later = ([run for run in runs if run.is_first is of_first] for of_first in (True, False))
+    return [*_best(first, first), *_best(later, runs)]
+
+
+def _best(chosen_from: list[Run], runs: list[Run]) -> list[Chosen]:
+    """Return, for each role, run and stage, the champion that does best, on average, against the last champions of each
+    third of the other runs that are not held out.
     """
     evaluator = FusedEvaluator(runs[0].history.config.env)
     found = []
     for role in ROLES:
-        for run in runs:
+        for run in chosen_from:
             mine, scores = run.history.entrants(role, run.history.sample(SAMPLED)), []
             for other in runs:
                 if other is not run and not other.held_out:
@@ -160,14 +192,14 @@ def choose(runs: list[Run]) -> list[Chosen]:
 
 
 def _scores(role: Role, mine: TeamBatch, theirs: TeamBatch, evaluator: FusedEvaluator, seed: int) -> np.ndarray:
-    """A row for each of mine, higher is better for them."""
+    """Return a row for each of ``mine``; higher is better for them."""
     if role == "predators":
         return cross_play(mine, theirs, evaluator, seed=seed).caught
     return 1 - cross_play(theirs, mine, evaluator, seed=seed).caught.T
 
 
 def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[dict[str, Any]]:
-    """Let everybody meet everybody from fresh starts; writes teams and matrix, and returns entries for the index."""
+    """Play all against all from fresh starts, write teams and matrix, and return the entries of the index."""
     names, captured = meet_all(task, chosen, n_episodes)
     header = {**names, "n_episodes": n_episodes, "n_prey": TASKS[task].n_prey}
     path = _made(matrix_file(place, task))
@@ -190,7 +222,9 @@ def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[
 
 
 def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Role, list[str]], np.ndarray]:
-    """The names on both sides, scripts last, and how many prey each of the predators catches of each of the prey."""
+    """Return the names on both sides, scripts last, and how many prey each of the predators catches of each of the
+    prey.
+    """
     evaluator = FusedEvaluator(TASKS[task])
     sides: dict[Role, dict[str, TeamBatch]] = {}
     for role in ROLES:
@@ -201,13 +235,13 @@ def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Rol
     def captures(predators: TeamBatch, prey: TeamBatch) -> int:
         return int(cross_play(predators, prey, evaluator, n_episodes=n_episodes, seed=2).captured.sum())
 
-    hunters = tqdm(sides["predators"].values(), desc=f"{task}, who catches whom", unit="team")
+    hunters = tqdm(sides["predators"].values(), desc=f"{task}, cross-play", unit="team")
     captured = np.array([[captures(predators, prey) for prey in sides["prey"].values()] for predators in hunters])
     return {role: list(side) for role, side in sides.items()}, captured
 
 
 def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
-    """Write a team with where it came from; the digest of its file."""
+    """Write a team with its origin; return the digest of its file."""
     team = each.run.history.team(each.role, each.generation)
     origin = {
         **team.provenance,
@@ -221,7 +255,7 @@ def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
 
 
 def matrix_file(place: Path, task: str) -> Path:
-    """Where it is kept who catches whom."""
+    """Return the file of the cross-play of a task."""
     return place / f"cross-play-{task}.safetensors"
 
 
@@ -231,7 +265,7 @@ def _made(path: Path) -> Path:
 
 
 def commit() -> str:
-    """Of this repository, or ``unknown``."""
+    """Return the commit of this repository, or ``unknown``."""
     try:
         return subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
     except (OSError, subprocess.CalledProcessError):  # no git, or no repository

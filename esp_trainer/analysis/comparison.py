@@ -18,7 +18,7 @@ from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm
 from esp_trainer.analysis.progress import progress
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.tasks import TASKS
-from esp_trainer.teams.zoo import known_teams, load_team
+from esp_trainer.teams.zoo import FIRST, known_teams, load_team
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
@@ -45,17 +45,19 @@ def name_of(role: Role, panel: str, kind: str) -> str:
     return f"{role}_{panel}_{kind}"
 
 
-def held_out_opponents(env: EnvConfig, runs: Sequence[History] = ()) -> Opponents:
+def held_out_opponents(env: EnvConfig, runs: Sequence[History] = (), *, older_only: bool = False) -> Opponents:
     """Return opponents that no compared run trained against.
 
     Args:
         env: The world. If it is a task of the zoo, the zoo's held-out teams for it are included.
         runs: Runs of that world that are not themselves compared. Six champions of each evolved side are included.
+        older_only: True to leave out the zoo's teams of the race presets.
     """
     found: Opponents = {role: [] for role in ROLES}
     tasks = {name for name, task in TASKS.items() if world_of(task) == world_of(env)}
     for team in known_teams().values():
-        if team.held_out and team.task in tasks:
+        older = team.preset.startswith(FIRST)
+        if team.held_out and team.task in tasks and (older or not older_only):
             found[team.role].append(load_team(team.name).as_teams(1))
     for run in runs:
         for role in run.champions:

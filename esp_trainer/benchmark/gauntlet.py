@@ -13,14 +13,15 @@ from esp_trainer.analysis.ratings import rate
 from esp_trainer.benchmark.match import Arena, Challenger, Meeting
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
-from esp_trainer.teams.zoo import HELD_OUT, Zoo, load_team
+from esp_trainer.teams.zoo import FIRST, HELD_OUT, Zoo, load_team
 from esp_trainer.types import Contestant, Role, ScriptedTeams
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
 
-PARTS = ("held out", "zoo", "scripts")
-"""Parts of the gauntlet: teams for reporting only, teams that anyone may train against, and scripts."""
+PARTS = ("held out", "older held out", "zoo", "scripts")
+"""Parts of the gauntlet: teams for reporting only, of the race presets and of the first zoo, teams that anyone may
+train against, and scripts."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ class Gauntlet:
 def part_of(name: str) -> str:
     """Return the part of the gauntlet that an opponent belongs to."""
     if name.startswith(HELD_OUT):
-        return "held out"
+        return "older held out" if name.removeprefix(HELD_OUT).startswith(FIRST) else "held out"
     return "scripts" if any(name in scripts for scripts in SCRIPTS.values()) else "zoo"
 
 

@@ -14,15 +14,17 @@ from predprey_env.settings import brief
 
 _INTRODUCTION = """# Leaderboard
 
-How well policies do against teams that are held out from training, in shares of prey: caught for predators, not caught
-for prey; best first. A row is made by the command in it, with `--leaderboard` and the name of this file behind it.
+How well policies do against teams that are held out from training, in fractions of the prey: caught for predators, not
+caught for prey; best first. *Held out* are teams of the race presets, *older* those of the first zoo. A row is made by
+the command in it, with `--leaderboard` and the name of this file behind it.
 *policy* is the SHA-256 of the file that holds it, *zoo* that of the teams that it met, both shortened.
 """
 _BAR = r"\|"
 """Markdown of a bar that is no border of a cell."""
 _HEAD = (
-    "| name | held out | worst tenth | zoo | scripts | rating | gain | exploited | policy | zoo | version | command |\n"
-    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    "| name | held out | worst tenth | older | zoo | scripts | rating | gain | exploited | policy | zoo | version "
+    "| command |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 )
 
 
@@ -75,10 +77,10 @@ def _is_row(line: str) -> bool:
 def _row(result: BenchmarkResult) -> str:
     standing = result.standing
     assert standing is not None
-    (held_out, worst), (zoo, _), (scripts, _) = (standing.generalist[part] for part in PARTS)
+    (held_out, worst), (older, _), (zoo, _), (scripts, _) = (standing.generalist[part] for part in PARTS)
     cells = [
         result.name,
-        *(f"{score:.3f}" for score in (held_out, worst, zoo, scripts)),
+        *(f"{score:.3f}" for score in (held_out, worst, older, zoo, scripts)),
         in_points(standing.rating),
         f"{standing.gain:+z.3f}",
         f"{standing.exploited:z.3f}",

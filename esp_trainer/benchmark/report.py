@@ -77,12 +77,12 @@ def _standing(result: BenchmarkResult) -> list[str]:
     scored = "prey caught" if result.role == "predators" else "prey not caught"
     return [
         *(
-            f"{part:10} {mean:.3f} {scored}, {worst:.3f} against the worst tenth"
+            f"{part:14} {mean:.3f} {scored}, {worst:.3f} against the worst tenth"
             for part, (mean, worst) in standing.generalist.items()
         ),
-        f"rating     {in_points(standing.rating)} points, number {standing.rank} of {standing.of}",
-        f"gain       {standing.gain:+z.3f} from the gauntlet's optimal mixture, beyond the value of its game",
-        f"exploited  {standing.exploited:z.3f} below that value by its worst opponent",
+        f"rating         {in_points(standing.rating)} points, number {standing.rank} of {standing.of}",
+        f"gain           {standing.gain:+z.3f} from the gauntlet's optimal mixture, beyond the value of its game",
+        f"exploited      {standing.exploited:z.3f} below that value by its worst opponent",
     ]
 
 
@@ -103,7 +103,7 @@ def _draw(result: BenchmarkResult, path: Path) -> None:
         rates = [rows[y].caught for y in at]
         means = np.array([rate.rate for rate in rates])
         ends = np.abs(np.array([(rate.low, rate.high) for rate in rates]).reshape(-1, 2).T - means)
-        colour, marker = plots.COLOURS[number], "os^"[number]
+        colour, marker = plots.COLOURS[number], "osD^"[number]
         axes.errorbar(means, at, xerr=ends, fmt=marker, color=colour, markersize=4, linewidth=1, label=part)
     axes.set(yticks=range(len(rows)), xlim=(-0.02, 1.02), xlabel="share of prey caught")
     axes.set_yticklabels([row.opponent for row in rows], fontsize=7)

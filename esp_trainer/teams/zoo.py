@@ -22,6 +22,9 @@ PLACE = Path(__file__).parent / "zoo"
 """Directory of the zoo's files."""
 HELD_OUT = "held-out/"
 """Prefix of the names of teams that are for reporting only."""
+FIRST = ("paper", "modern", "drawn")
+"""Presets, without the task, of the first zoo. Its held-out teams are a panel of their own, so that older figures can
+be compared with."""
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
         found |= {f"{name}.{role}": spreads[:, i].astype(np.float32) for i, name in enumerate(SPREADS)}
     panels = {
         "panel": _members(panel),
-        "held_out": held_out_opponents(history.config.env),
+        "held_out": held_out_opponents(history.config.env, older_only=True),
         "scripts": scripts(),
     }
     for role in history.champions:

@@ -177,3 +177,5 @@ def test_a_candidate_that_played_less_is_rated_less_surely():
 def test_the_part_of_an_opponent_is_in_its_name():
     assert [part_of(name) for name in names("prey")] == ["scripts", "zoo", "held out"]
     assert [part_of(name) for name in names("predators")] == ["scripts", "zoo", "held out"]
+    assert part_of("held-out/drawn-3v1/prey/seed-901-late") == "older held out"
+    assert part_of("held-out/race-3v1/prey/seed-901-late") == "held out"

@@ -20,26 +20,30 @@ def test_the_table_tells_each_meeting_and_what_all_say(result: Make):
     assert table(result()).splitlines() == [
         "hunters: predators of 3v2, 64 episodes each from held-out starts (seed 5)",
         "",
-        "held out                            caught [95% interval]           fitness  all caught after",
-        "held-out/x-3v2/prey/seed-1-late      0.400 [0.289, 0.522]             12.50        71.2 steps",
+        "held out                                caught [95% interval]           fitness  all caught after",
+        "held-out/x-3v2/prey/seed-1-late          0.400 [0.289, 0.522]             12.50        71.2 steps",
         "",
-        "zoo                                 caught [95% interval]           fitness  all caught after",
-        "x-3v2/prey/seed-2-late               0.500 [0.381, 0.619]             10.00                 -",
+        "older held out                          caught [95% interval]           fitness  all caught after",
+        "held-out/paper-3v2/prey/seed-1-late      0.250 [0.160, 0.368]             12.50        80.0 steps",
         "",
-        "scripts                             caught [95% interval]           fitness  all caught after",
-        "random                               1.000 [0.943, 1.000]             25.00        30.0 steps",
+        "zoo                                     caught [95% interval]           fitness  all caught after",
+        "x-3v2/prey/seed-2-late                   0.500 [0.381, 0.619]             10.00                 -",
         "",
-        "held out   0.400 prey caught, 0.400 against the worst tenth",
-        "zoo        0.500 prey caught, 0.500 against the worst tenth",
-        "scripts    1.000 prey caught, 1.000 against the worst tenth",
-        "rating     31 [-5, 66] points, number 3 of 17",
-        "gain       +0.013 from the gauntlet's optimal mixture, beyond the value of its game",
-        "exploited  0.250 below that value by its worst opponent",
+        "scripts                                 caught [95% interval]           fitness  all caught after",
+        "random                                   1.000 [0.943, 1.000]             25.00        30.0 steps",
+        "",
+        "held out       0.400 prey caught, 0.400 against the worst tenth",
+        "older held out 0.250 prey caught, 0.250 against the worst tenth",
+        "zoo            0.500 prey caught, 0.500 against the worst tenth",
+        "scripts        1.000 prey caught, 1.000 against the worst tenth",
+        "rating         31 [-5, 66] points, number 3 of 17",
+        "gain           +0.013 from the gauntlet's optimal mixture, beyond the value of its game",
+        "exploited      0.250 below that value by its worst opponent",
     ]
 
 
 def test_prey_are_told_by_what_is_not_caught(result: Make):
-    assert "held out   0.400 prey not caught, 0.400 against the worst tenth" in table(result(role="prey"))
+    assert "held out       0.400 prey not caught, 0.400 against the worst tenth" in table(result(role="prey"))
 
 
 def test_one_that_did_not_come_through_says_so(result: Make):
@@ -70,7 +74,7 @@ def test_what_is_kept_can_be_read_back(result: Make, tmp_path: Path):
     told = json.loads((tmp_path / "results.json").read_text())
     assert told["complete"] is True
     assert told["digest"] == "0123456789abcdef0123"
-    assert [row["caught"]["rate"] for row in told["rows"]] == [0.4, 0.5, 1.0]
+    assert [row["caught"]["rate"] for row in told["rows"]] == [0.4, 0.25, 0.5, 1.0]
     assert told["standing"]["rank"] == 3
     with (tmp_path / "scores.csv").open() as file:
         assert {row["opponent"]: float(row["caught"]) for row in csv.DictReader(file)} == {
