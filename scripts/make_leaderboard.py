@@ -1,0 +1,69 @@
+"""Make ``docs/leaderboard.md`` from nothing: scripts, late teams of the zoo, and the learners of ``docs/benchmark.md``.
+
+Each row is made by ``esp-trainer benchmark``, so a row can also be made alone by the command that it holds. Some ten
+minutes on two cores.
+
+    python scripts/make_leaderboard.py
+    python scripts/make_leaderboard.py --quick --out runs/board.md  # few rows of few episodes, to see that it works
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from tqdm import tqdm
+
+from esp_trainer.cli import main as esp_trainer
+from esp_trainer.tasks import TASKS
+from esp_trainer.teams.zoo import known_teams
+from esp_trainer.types import ROLES
+from predprey_env.policies import SCRIPTS
+
+BOARD = Path("docs/leaderboard.md")
+LEARNERS = Path("docs/benchmark/teams")
+EPISODES = 512
+
+
+def main() -> None:
+    """Measure all candidates and write the leaderboard."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=BOARD, help=f"by default {BOARD}")
+    parser.add_argument("--quick", action="store_true", help="few and short rows, to see that it works")
+    options = parser.parse_args()
+    options.out.unlink(missing_ok=True)
+    todo = list(candidates())
+    episodes = EPISODES
+    if options.quick:
+        todo, episodes = todo[:2], 8
+    with tempfile.TemporaryDirectory() as place:
+        for spec, name, role, task in tqdm(todo, unit="row"):
+            measured = ["benchmark", "--policy", spec, "--role", role, "--task", task, "--episodes", str(episodes)]
+            kept = ["--name", name, "--out", place, "--leaderboard", str(options.out)]
+            with contextlib.redirect_stdout(io.StringIO()):
+                status = esp_trainer([*measured, *kept])
+            if status:
+                raise SystemExit(f"{spec} could not be measured")
+    print(f"{options.out}: {len(todo)} rows")
+
+
+def candidates() -> Iterator[tuple[str, str, str, str]]:
+    """Yield SPEC, name, role and task of every row."""
+    for task in TASKS:
+        for role in ROLES:
+            for script in SCRIPTS[role]:
+                yield script, script, role, task
+            for team in known_teams().values():
+                if (team.task, team.role, team.stage, team.held_out) == (task, role, "late", False):
+                    yield team.name, team.name, role, task
+    for role in ROLES:
+        for file in sorted(LEARNERS.glob(f"*-{role}.safetensors")):
+            yield str(file), f"{file.stem.removesuffix(f'-{role}')} (seed 700)", role, "3v2"
+
+
+if __name__ == "__main__":
+    main()
