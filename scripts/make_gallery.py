@@ -2,8 +2,8 @@
 
     python scripts/make_gallery.py
 
-Every predator team of the zoo meets every prey team of its task (those that draw their actions stay out, as they do not
-play the same again from the same start). The detectors choose. Takes half a minute.
+Every predator team of the zoo plays every prey team of its task. Teams that sample their actions are left out, as they do
+not play the same again from the same start. The detectors choose. It takes some minutes.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ SHOWN = {"herding": "3v2", "scattering": "3v2", "baiting": "3v1", "sidestepping"
 """The behaviours that the paper names, and the task that it saw them in."""
 SEEDS = 48
 BEFORE, AFTER = 25, 20  # steps of a clip around what it shows
+FOLLOW = 40  # cells across a picture, which follows the chase
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,14 @@ class Found:
     last: int
 
     def command(self, out: Path) -> list[str]:
-        """What makes the clip."""
+        """Return the command that makes the clip."""
         pair = [self.predators, "--against", self.prey, "--seed", str(self.seed)]
         clip = ["--from", str(max(0, self.first - BEFORE)), "--until", str(self.last + AFTER)]
-        return ["esp-trainer", "replay", *pair, *clip, "--gif", str(out)]
+        return ["esp-trainer", "replay", *pair, *clip, "--follow", str(FOLLOW), "--gif", str(out)]
 
 
 def main() -> None:
-    """Search, and draw."""
+    """Search, and draw the clips."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/gallery"))
     parser.add_argument("--seeds", type=int, default=SEEDS, help="episodes of each pair of teams")
@@ -79,7 +80,7 @@ def main() -> None:
 
 
 def search(task: str, names: list[str], n_seeds: int) -> Iterator[tuple[str, Found]]:
-    """Every episode of every pair of teams in which one of the behaviours is seen."""
+    """Yield every episode of every pair of teams in which one of the behaviours is seen."""
     env = EnvConfig(n_prey=int(task[-1]))
     evaluator = FusedEvaluator(env)
     starts = np.stack([draw_starts(seeding.np_random(seed)[0], 1, env) for seed in range(n_seeds)])
@@ -98,12 +99,12 @@ def search(task: str, names: list[str], n_seeds: int) -> Iterator[tuple[str, Fou
 
 
 def fits(team: ZooTeam, task: str, role: str) -> bool:
-    """Whether a team plays a role in a task, and the same each time."""
+    """Return whether a team plays a role in a task, and plays the same each time."""
     return team.task == task and team.role == role and "drawn" not in team.name
 
 
 def judged(name: str, rows: np.ndarray, paths: Paths, seed: int, predators: str, prey: str) -> Found:
-    """An episode, and how well it shows a behaviour: whether that did those good who do it, then how long it lasts."""
+    """Return an episode with its merit: whether the behaviour helped those that show it, then how long it lasts."""
     first = int(rows.argmax())
     last = first + int(np.append(~rows[first:], True).argmax()) - 1
     caught = paths.capture_times[seed]

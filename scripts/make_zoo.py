@@ -164,22 +164,21 @@ def _evolve(config: RunConfig, kept: Path) -> History:
 
 
 def choose(runs: list[Run]) -> list[Chosen]:
-    """Return the chosen champions of all runs of a task, those of the first zoo first.
+    """Return the chosen champions of all runs of a task: of the first zoo's runs, and of those of the race presets.
 
-    The first zoo is chosen without the race presets, as it was before there were any.
+    Each kind is chosen by itself, so the first zoo is what it was before there were race presets.
     """
-    first, later = ([run for run in runs if run.is_first is of_first] for of_first in (True, False))
-    return [*_best(first, first), *_best(later, runs)]
+    return [chosen for is_first in (True, False) for chosen in _best([run for run in runs if run.is_first is is_first])]
 
 
-def _best(chosen_from: list[Run], runs: list[Run]) -> list[Chosen]:
+def _best(runs: list[Run]) -> list[Chosen]:
     """Return, for each role, run and stage, the champion that does best, on average, against the last champions of each
     third of the other runs that are not held out.
     """
     evaluator = FusedEvaluator(runs[0].history.config.env)
     found = []
     for role in ROLES:
-        for run in chosen_from:
+        for run in runs:
             mine, scores = run.history.entrants(role, run.history.sample(SAMPLED)), []
             for other in runs:
                 if other is not run and not other.held_out:
