@@ -2,8 +2,8 @@
 
     python scripts/make_gallery.py
 
-Every predator team of the zoo plays every prey team of its task. Teams that sample their actions are left out, as they do
-not play the same again from the same start. The detectors choose. It takes some minutes.
+Every predator team of the zoo plays every prey team of its task, and the detectors choose. Teams that sample their
+actions are left out, as they do not play the same again from the same start. It takes some minutes.
 """
 
 from __future__ import annotations

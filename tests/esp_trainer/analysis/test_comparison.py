@@ -107,7 +107,9 @@ def test_every_column_is_a_cross_play(evaluator: FusedEvaluator) -> None:
 
 def test_the_zoo_is_held_out_in_its_own_worlds() -> None:
     for env in (EnvConfig(), EnvConfig(prey_fitness="complementary", reward="dense")):
-        assert {role: len(teams) for role, teams in held_out_opponents(env).items()} == {"predators": 27, "prey": 27}
+        assert {role: len(teams) for role, teams in held_out_opponents(env).items()} == {"predators": 36, "prey": 36}
+        older = held_out_opponents(env, older_only=True)
+        assert {role: len(teams) for role, teams in older.items()} == {"predators": 27, "prey": 27}
     assert held_out_opponents(ENV) == {"predators": [], "prey": []}
 
 

@@ -62,7 +62,7 @@ def test_a_team_plays_its_role_in_its_task_and_says_where_it_came_from(name: str
     team, known = load_team(name), TEAMS[name]
     team.check_fits(known.role, TASKS[known.task])
     origin = team.provenance
-    config = preset(known.preset).replace(seed=known.seed)
+    config = preset(known.preset).replace(seed=known.seed, generations=origin["generations"])
     # Settings that are younger than the team have their defaults.
     assert RunConfig.from_dict({field: origin[field] for field in config.model_dump() if field in origin}) == config
     assert (origin["generation"], origin["zoo"]["name"]) == (known.generation, name)
