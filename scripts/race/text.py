@@ -5,8 +5,8 @@ HEAD = """# Does the race go on?
 `python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
 [the protocol](race-protocol.md), written before the runs and changed once; what is planned there and missing here
 has not been run yet. Every figure is measured against opponents that stand still. The *panel* is 20 runs that
-nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the held-out teams that ship
-with the package, the *scripts* are those of the environment."""
+nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the first zoo's held-out teams,
+which are older than the race, and the *scripts* are those of the environment."""
 
 TASK_TITLES = {"3v1": "Three predators, one prey", "3v2": "Three predators, two prey"}
 
@@ -20,5 +20,5 @@ METHOD = """## How to read the tables
   changes.
 - **Fresh evolution**: 60 generations of evolution from nothing against frozen champions, by the same settings.
   If a race leads to better teams, later champions give less away.
-- **Behaviours**: share of the episodes, champion against contemporary champion, in which a detector fires, less
+- **Behaviours**: fraction of the episodes, champion against contemporary champion, in which a detector fires, less
   its rate where predators and prey come from different episodes."""
