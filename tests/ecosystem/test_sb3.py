@@ -332,3 +332,22 @@ def test_the_readmes_snippet_trains(snippet: dict[str, Any]) -> None:
         observations, _, _, infos = env.step(model.predict(observations)[0])
         captured += sum(info.get("n_captured", 0) > 0 for info in infos)
     assert captured > 0
+
+
+def test_images_are_those_of_the_first_worlds_and_infos_name_the_opponent() -> None:
+    worlds = vector_env(
+        3, "predators", ["flee_nearest", "random"], n_prey=1, size=9, max_cycles=4, render_mode="rgb_array"
+    )
+    env = SB3VecEnv(worlds, pictured_worlds=2)
+    env.reset()
+    first, second = env.get_images()
+    assert (second == worlds.render()[3]).all()
+    assert (first != second).any()
+    assert env.render("rgb_array").shape[2] == 3
+    met = set()
+    for _ in range(60):
+        _, _, done, infos = env.step(np.full(env.num_envs, 4))
+        met |= {infos[row]["opponent"] for row in np.flatnonzero(done)}
+    assert met == {0, 1}
+    with pytest.raises(ValueError, match=r"^pictured_worlds must be an integer of at least 1, got 0$"):
+        SB3VecEnv(worlds, pictured_worlds=0)
