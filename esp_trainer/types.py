@@ -100,7 +100,7 @@ class TeamBatch(Protocol):
 
     @property
     def identity(self) -> bytes:
-        """What tells the teams apart from others that play differently."""
+        """Bytes that differ between teams that play differently."""
         ...
 
     def part(self, trials: slice) -> TeamBatch:

@@ -1,7 +1,7 @@
 """Make ``docs/leaderboard.md`` from nothing: scripts, late teams of the zoo, and the learners of ``docs/benchmark.md``.
 
-Each row is made by ``esp-trainer benchmark``, so a row can also be made alone by the command that it holds. Some ten
-minutes on two cores.
+Each row is made by ``esp-trainer benchmark``, so a row can also be made alone by the command that it holds. It
+takes some six minutes on two cores.
 
     python scripts/make_leaderboard.py
     python scripts/make_leaderboard.py --quick --out runs/board.md  # few rows of few episodes, to see that it works

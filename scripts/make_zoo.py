@@ -1,10 +1,11 @@
 """Make the zoo of evolved teams that ships with the package, ``esp_trainer/teams/zoo``.
 
 For both tasks it evolves the race presets and the presets of the first zoo: the paper's, and those whose prey
-(``modern``) and predators (``drawn``) stood highest against held-out opponents in ``docs/reproduction.md``. Their seeds
-are in no experiment of this project. Of each third of each run it keeps the champion of each side that does best
+(``modern``) and predators (``drawn``) stood highest against held-out opponents in ``docs/reproduction.md``. No
+study of this project uses their seeds, except that two runs of ``race-3v2`` (500 and 501) were explored in
+``docs/race-protocol.md``. Of each third of each run it keeps the champion of each side that does best
 against the other runs, and then plays all against all, scripts too. Teams of the seeds in ``HELD_OUT`` are for
-reporting only. It takes some two hours on two cores, and goes on where it was stopped.
+reporting only. It takes more than an hour on two cores, and resumes where it was stopped.
 
     python scripts/make_zoo.py
     python scripts/make_zoo.py --quick --out runs/zoo  # small and meaningless, to see that it works

@@ -77,6 +77,11 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
         found["own"] = own_cross_play(history, evaluator, n_generations=GENERATIONS).caught.astype(np.float32)
         found |= _behaviours(history, evaluator, generations)
         found |= _responses(history, evaluator)
+    keep(place, run, found)
+
+
+def keep(place: Path, run: PlannedRun, found: Arrays) -> None:
+    """Write the measurements of a run; a file is whole or not there."""
     file = measured_file(place, run)
     file.parent.mkdir(exist_ok=True)
     beside = file.with_suffix(".part")

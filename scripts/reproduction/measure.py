@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from race.measure import Arrays, measured_file
+from race.measure import Arrays, keep
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import caught_by_each, scripts
@@ -50,9 +50,4 @@ def measure(place: Path, run: PlannedRun, panel: Sequence[Path], thorough: bool)
         found["watched"] = history.sample(WATCHED)
         for name, rates in watch(history, evaluator, found["watched"]).items():
             found[f"behaviour.{name}"] = np.array([(each.rate, each.null) for each in rates], np.float32)
-    file = measured_file(place, run)
-    file.parent.mkdir(exist_ok=True)
-    beside = file.with_suffix(".part")
-    with beside.open("wb") as stream:
-        np.savez_compressed(stream, **found)
-    beside.replace(file)
+    keep(place, run, found)

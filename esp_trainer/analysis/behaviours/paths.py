@@ -119,11 +119,6 @@ class Paths:
         return _until(self.lengths, self.n_rows)
 
     @cached_property
-    def alive(self) -> np.ndarray:
-        """True at rows of the episode at which the prey is not yet caught, bool ``(n_episodes, n_rows, n_prey)``."""
-        return self.valid[:, :, None] & (np.arange(self.n_rows)[:, None] < self.capture_times[:, None, :])
-
-    @cached_property
     def captured(self) -> np.ndarray:
         """True for prey that are caught in the episode, bool ``(n_episodes, n_prey)``."""
         return self.capture_times < self.n_rows
@@ -153,17 +148,6 @@ class Paths:
     def distances(self) -> np.ndarray:
         """Toroidal Manhattan distances, in steps, int32 ``(n_episodes, n_rows, n_predators, n_prey)``."""
         return np.abs(self.offsets).sum(axis=-1, dtype=np.int32)
-
-    def between_prey(self, one: int, other: int) -> np.ndarray:
-        """Return the displacement from prey ``one`` to prey ``other``, in cells, int64 ``(n_episodes, n_rows, 2)``."""
-        return self.all_offsets[:, :, self.n_predators + other, one]
-
-    def reaches(self, back: int = 0, on: int = 0) -> np.ndarray:
-        """Return at which rows the episode has ``back`` rows before and ``on`` rows after, bool
-        ``(n_episodes, n_rows)``.
-        """
-        rows = np.arange(self.n_rows)
-        return (rows >= back) & (rows + on <= self.lengths[:, None])
 
 
 def _until(last: np.ndarray, n_rows: int) -> np.ndarray:

@@ -40,14 +40,13 @@ def test_distances_are_those_of_wrapped_cells(size: int, seed: int):
 
 def test_two_prey_see_each_other_the_shortest_way(scene: Any):
     paths = scene([], [((98, 50), "E"), ((3, 49), "N")]).paths()
-    assert paths.between_prey(0, 1)[0].tolist() == [[5, -1], [4, 0]]
+    assert paths.all_offsets[0, :, paths.n_predators + 1, 0].tolist() == [[5, -1], [4, 0]]
 
 
 def test_a_prey_that_stands_still_was_caught_when_it_got_there(scene: Any):
     paths = scene([((45, 50), "EE..E")], [((49, 50), "WW..."), ((20, 20), "NNNNN")]).paths()
     assert paths.capture_times.tolist() == [[2, 6]]
     assert paths.captured.tolist() == [[True, False]]
-    assert paths.alive[0].T.tolist() == [[True, True, False, False, False, False], [True] * 6]
 
 
 @pytest.mark.parametrize(("moves", "time"), [("EEE", 3), ("EE.", 4)])
@@ -67,17 +66,11 @@ def test_an_episode_that_ends_early_ended_as_all_were_caught(scene: Any):
     assert paths.lengths.tolist() == [3]
     assert paths.capture_times.tolist() == [[3, 1]]
     assert paths.valid[0].tolist() == [True] * 4 + [False] * 6
-    assert not paths.alive[0, 3:].any()
 
 
 def test_rows_after_the_end_repeat_the_last(scene: Any):
     paths = scene([((48, 50), "E")], [((50, 50), "W")], n_rows=4).paths()
     assert paths.predators[0, :, 0].tolist() == [[48, 50], [49, 50], [49, 50], [49, 50]]
-
-
-def test_rows_with_enough_before_and_after(scene: Any):
-    paths = scene([((48, 50), "EE..")], [((52, 50), "WW..")], n_rows=8).paths()
-    assert np.flatnonzero(paths.reaches(back=1, on=2)[0]).tolist() == [1, 2]
 
 
 @pytest.mark.parametrize(
