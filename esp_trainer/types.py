@@ -7,7 +7,7 @@ from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
-from predprey_env.config import TEAMS, EnvConfig, TeamName
+from predprey_env.config import PLAIN_SIGHT, TEAMS, EnvConfig, Sight, TeamName
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 
 
@@ -60,6 +60,8 @@ class Controller(NamedTuple):
     controller reads the concatenated observations of all agents, and its neurons have output weights for each."""
     n_genes: int
     """Length of a gene string in the genome; those of networks that need fewer genes are padded with zeros."""
+    sight: Sight
+    """What the agents observe."""
     wiring: np.ndarray
     """int64 ``(n_networks, n_inputs)``: indices of the observation entries that each network reads."""
 
@@ -159,6 +161,7 @@ class ScriptedTeams:
     script: str
 
     indices: ClassVar[None] = None
+    sight: ClassVar[Sight] = PLAIN_SIGHT
 
     @property
     def identity(self) -> bytes:

@@ -24,13 +24,13 @@ The specification is the docstring of :mod:`predprey_env.predprey_v0`.
 import gymnasium
 import pettingzoo
 
-from predprey_env.config import EnvConfig
+from predprey_env.config import EnvConfig, Sight
 from predprey_env.envs.both import ParallelVectorEnv, parallel_vector_env
 from predprey_env.envs.joint import JointTeam, joint_env
 from predprey_env.envs.parallel import PredPreyEnv
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
-from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, sees_team
+from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, sees_team, sight_of
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
 
 __all__ = [
@@ -43,6 +43,7 @@ __all__ = [
     "PredPreyEnv",
     "PredPreyVectorEnv",
     "ScriptedTeam",
+    "Sight",
     "TeamView",
     "choose",
     "env",
@@ -51,6 +52,7 @@ __all__ = [
     "parallel_vector_env",
     "raw_env",
     "sees_team",
+    "sight_of",
     "team_view",
     "vector_env",
 ]

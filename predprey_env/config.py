@@ -20,7 +20,36 @@ CLOSENESS = ("uncaught", "all", "nearest")
 SHAPES = frozenset({"n_predators", "n_prey", "predator_idle"})
 """Fields of :class:`EnvConfig` that decide which teams fit the world."""
 PAYOFF = frozenset({"closeness", "credit", "prey_fitness", "reward"})
-"""Fields of :class:`EnvConfig` that define the payoff. All fields that are in neither set change how episodes go."""
+"""Fields of :class:`EnvConfig` that define the payoff."""
+SIGHT = frozenset({"see_teammates", "see_moves", "see_identity", "see_nearest_first", "see_scaled"})
+"""Fields of :class:`EnvConfig` that decide what agents observe. Fields that are in none of the three sets change how
+episodes go."""
+
+
+class Sight(NamedTuple):
+    """What the agents of a team observe, in the form that compiled code reads; by default what the paper's observe.
+
+    The fields are those of :class:`EnvConfig` that begin with ``see_``.
+    """
+
+    teammates: bool = False
+    moves: bool = False
+    identity: bool = False
+    nearest_first: bool = False
+    scaled: bool = False
+
+    def n_others(self, n_agents: int, n_opponents: int) -> int:
+        """Return how many other agents an agent of a team of ``n_agents`` sees."""
+        return n_opponents + (n_agents - 1 if self.teammates else 0)
+
+    def n_seen(self, n_agents: int, n_opponents: int) -> int:
+        """Return the length of an observation of an agent of a team of ``n_agents``."""
+        per_agent = 4 if self.moves else 2
+        return per_agent * self.n_others(n_agents, n_opponents) + (n_agents if self.identity else 0)
+
+
+PLAIN_SIGHT = Sight()
+"""The paper's: offsets to the opponents, in cells."""
 
 
 class TeamShape(NamedTuple):
@@ -30,11 +59,8 @@ class TeamShape(NamedTuple):
     n_opponents: int
     n_actions: int
     """Number of actions of each agent."""
-
-    @property
-    def n_seen(self) -> int:
-        """Length of an observation: an offset (x, y) for each opponent."""
-        return 2 * self.n_opponents
+    n_seen: int
+    """Length of an agent's observation."""
 
 
 class Rules(NamedTuple):
@@ -49,6 +75,8 @@ class Rules(NamedTuple):
     closeness: int
     individual_credit: bool
     complementary: bool
+    sight: Sight
+    """What agents observe that are played from outside; a compiled player has a sight of its own."""
 
 
 class EnvParameters(TypedDict, total=False):
@@ -67,6 +95,11 @@ class EnvParameters(TypedDict, total=False):
     credit: Literal["team", "individual"]
     prey_fitness: Literal["lifespan", "complementary"]
     reward: Literal["terminal", "dense"]
+    see_teammates: bool
+    see_moves: bool
+    see_identity: bool
+    see_nearest_first: bool
+    see_scaled: bool
 
 
 class EnvConfig(Settings):
@@ -115,6 +148,21 @@ class EnvConfig(Settings):
     reward: Literal["terminal", "dense"] = "terminal"
     """Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now."""
 
+    see_teammates: bool = False
+    """Show each agent the offsets to its team-mates."""
+
+    see_moves: bool = False
+    """Show the last move of every agent that is seen."""
+
+    see_identity: bool = False
+    """Show each agent its index in its team, as one number per agent of the team: 1 for itself, else 0."""
+
+    see_nearest_first: bool = False
+    """Order opponents by distance, the nearest first and caught prey last, instead of by index."""
+
+    see_scaled: bool = False
+    """Divide offsets by half the size of the torus, so that all entries are in [-1, 1]."""
+
     @model_validator(mode="after")
     def _fits(self) -> EnvConfig:
         if self.n_agents > self.size**2:
@@ -144,8 +192,15 @@ class EnvConfig(Settings):
         if name not in TEAMS:
             raise ValueError(f"team must be {' or '.join(TEAMS)}, got {name!r}")
         if name == "predators":
-            return TeamShape(self.n_predators, self.n_prey, self.n_predator_actions)
-        return TeamShape(self.n_prey, self.n_predators, self.n_prey_actions)
+            n_agents, n_opponents, n_actions = self.n_predators, self.n_prey, self.n_predator_actions
+        else:
+            n_agents, n_opponents, n_actions = self.n_prey, self.n_predators, self.n_prey_actions
+        return TeamShape(n_agents, n_opponents, n_actions, self.sight.n_seen(n_agents, n_opponents))
+
+    @property
+    def sight(self) -> Sight:
+        """What agents observe, as plain numbers for compiled code."""
+        return Sight(*(getattr(self, f"see_{name}") for name in Sight._fields))
 
     @property
     def changes(self) -> str:
@@ -166,4 +221,5 @@ class EnvConfig(Settings):
             closeness=CLOSENESS.index(self.closeness),
             individual_credit=self.credit == "individual",
             complementary=self.prey_fitness == "complementary",
+            sight=self.sight,
         )

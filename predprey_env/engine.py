@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from predprey_env.config import EnvConfig, Rules, TeamName
+from predprey_env.config import IDLE, EnvConfig, Rules, Sight, TeamName
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import lane_zeros, load, store
 from predprey_env.jit.values import Array, FloatRows, IntegerRows
-from predprey_env.policies.protocol import MEMORY, Player, choose, first_memory, sees_team
-from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, take_turn
+from predprey_env.policies.protocol import MEMORY, Player, choose, first_memory, sees_team, sight_of
+from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, remember_moves, take_turn
 from predprey_env.rules.fitness import fitness
-from predprey_env.rules.observation import observe
+from predprey_env.rules.observation import observe, sight_rows
 
 
 class TeamRows(NamedTuple):
@@ -39,7 +39,9 @@ class Block(NamedTuple):
     survived: IntegerRows
     """Number of time steps that each prey survived: a caught prey was caught in the step after these."""
     actions: IntegerRows
-    """Last action of each agent."""
+    """Action that each agent has chosen."""
+    moved: IntegerRows
+    """Last action that each agent has played; idle before the first."""
     memory: IntegerRows
     """Memory of the players: ``MEMORY`` rows for each agent."""
 
@@ -52,16 +54,16 @@ def team_rows(config: EnvConfig, name: TeamName) -> TeamRows:
 def make_block(rules: Rules, *shape: int) -> Block:
     """Return the memory of a block, or of as many blocks as a leading ``shape`` has room for."""
     n_prey, n_agents = rules.n_prey, rules.n_predators + rules.n_prey
-    x, y, alive, clock, survived, actions, memory = (
+    x, y, alive, clock, survived, actions, moved, memory = (
         lane_zeros(np.int32, *shape, rows)
-        for rows in (n_agents, n_agents, n_prey, 1, n_prey, n_agents, n_agents * MEMORY)
+        for rows in (n_agents, n_agents, n_prey, 1, n_prey, n_agents, n_agents, n_agents * MEMORY)
     )
-    return Block(World(x, y, alive), clock, survived, actions, memory)
+    return Block(World(x, y, alive), clock, survived, actions, moved, memory)
 
 
 def make_seen(rules: Rules) -> np.ndarray:
     """Return scratch for the observations of a whole team, float32 ``(rows, LANES)``."""
-    return lane_zeros(np.float32, 2 * rules.n_predators * rules.n_prey)
+    return lane_zeros(np.float32, sight_rows(rules))
 
 
 def make_world(rules: Rules) -> World:
@@ -76,6 +78,7 @@ def begin(block: Block, lane: int, start: Array, seed: int) -> None:
     for agent in range(start.shape[0]):
         block.world.x[agent, lane] = start[agent, 0]
         block.world.y[agent, lane] = start[agent, 1]
+        block.moved[agent, lane] = IDLE
     for prey in range(len(block.world.alive)):
         block.world.alive[prey, lane] = 1
         block.survived[prey, lane] = 0
@@ -95,16 +98,23 @@ def reset_memory(block: Block, lane: int, seed: int) -> None:
 
 
 @rule
+def observe_team(block: Block, first: int, n_agents: int, rules: Rules, sight: Sight, seen: FloatRows) -> None:
+    """Write the observations of a team, whose rows begin at ``first``, to ``seen``, one after the other."""
+    row = 0
+    for agent in range(n_agents):
+        row = observe(block.world, block.moved, first + agent, rules, sight, seen, row)
+
+
+@rule
 def choose_actions(block: Block, first: int, n_agents: int, player: Player, rules: Rules, seen: FloatRows) -> None:
     """Let every agent of a team, whose rows begin at ``first``, observe and choose its action."""
     together = sees_team(player)  # such a player needs the observations of all agents before the first action
+    sight = sight_of(player)
     if together:
-        row = 0
-        for agent in range(n_agents):
-            row = observe(block.world, first + agent, rules, seen, row)
+        observe_team(block, first, n_agents, rules, sight, seen)
     for agent in range(n_agents):
         if not together:
-            observe(block.world, first + agent, rules, seen, 0)
+            observe(block.world, block.moved, first + agent, rules, sight, seen, 0)
         action = choose(player, agent, seen, block.memory, (first + agent) * MEMORY)
         store(block.actions, first + agent, action)
 
@@ -116,6 +126,7 @@ def advance(block: Block, turn: int, rules: Rules) -> None:
     The prey's turn does not end the step.
     """
     take_turn(block.world, block.actions, turn, rules)
+    remember_moves(block.actions, turn, rules, block.moved)
     if turn != PREY:
         store(block.clock, 0, load(block.clock, 0) + 1)
         for prey in range(rules.n_prey):

@@ -1,7 +1,7 @@
 """# Predators and prey
 
-A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. No agent observes
-its team-mates. Prey cannot be outrun, so predators must come from several sides at once; three predators cannot close
+A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. By default no agent
+observes its team-mates. Prey cannot be outrun, so predators must come from several sides at once; three predators cannot close
 four exits at once, so prey that foresee them escape. The task is that of Rawal, Rajagopalan & Miikkulainen (2010),
 *Constructing Competitive and Cooperative Agent Behavior Using Coevolution*. `pettingzoo.make` exists from PettingZoo 1.27
 on; it knows the environment after `import predprey_env`.
@@ -15,7 +15,7 @@ on; it knows the environment after `import predprey_env`.
 | Agents             | `['predator_0', 'predator_1', 'predator_2', 'prey_0', 'prey_1']` |
 | Action shape       | predators `Discrete(5)`, prey `Discrete(4)`                     |
 | Action values      | `[0, 4]`                                                        |
-| Observation shape  | predators `(2 * n_prey,)`, prey `(2 * n_predators,)`            |
+| Observation shape  | predators `(2 * n_prey,)`, prey `(2 * n_predators,)`; more with options |
 | Observation values | `[-(size // 2), size - size // 2 - 1]`                          |
 | State shape        | `(2 * n_agents + n_prey + 1,)`                                  |
 | State values       | `[0, size - 1]`                                                 |
@@ -29,6 +29,18 @@ caught prey is (0, 0).
 | Entries        | Seen by a predator                  | Seen by a prey                          |
 |----------------|-------------------------------------|-----------------------------------------|
 | `2 i, 2 i + 1` | offset (x, y) to `prey_i`, in cells | offset (x, y) to `predator_i`, in cells |
+
+Options whose names begin with `see_` change this. The whole observation, in this order:
+
+| Part      | Present with    | Entries                                                                              |
+|-----------|-----------------|--------------------------------------------------------------------------------------|
+| offsets   | always          | (x, y) to each opponent, then with `see_teammates` to each team-mate                 |
+| moves     | `see_moves`     | last move (x, y) of each of these agents, -1, 0 or 1; 0 before the first             |
+| identity  | `see_identity`  | a number for each agent of the own team: 1 for the agent itself, else 0              |
+
+Opponents are in order of their index, or with `see_nearest_first` of their distance. With `see_scaled` offsets are divided
+by `size / 2`. In turns, predators see the move that the prey have just made. Scripts and evolved teams see in every world
+what they were made for, so any of them can be the opponent of agents that see more or less.
 
 The state, for centralised critics, holds all columns, all rows, which prey are free, and the fraction of the time limit
 that has passed.

@@ -94,7 +94,7 @@ class Policy(nn.Module):
 
         ``tanh(x) = 2 / (1 + exp(-2 x)) - 1``, and what that takes off is given back by one neuron that is always on.
         """
-        n_agents, n_opponents, n_actions = env.team(role)
+        n_agents, n_opponents, n_actions, _ = env.team(role)
         see, out, offset = (p.detach().numpy() for p in (self.see.weight, self.act.weight, self.act.bias))
         side = SideConfig(
             controller="monolithic",

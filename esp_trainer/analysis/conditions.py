@@ -9,7 +9,7 @@ from typing import Any
 from esp_trainer.analysis.pooling import MAY_DIFFER
 from esp_trainer.config import RunConfig
 from esp_trainer.types import ROLES
-from predprey_env.config import PAYOFF, EnvConfig
+from predprey_env.config import PAYOFF, SIGHT, EnvConfig
 from predprey_env.settings import flat
 
 _Fields = dict[str, Any]
@@ -18,9 +18,9 @@ _Fields = dict[str, Any]
 def world_of(env: EnvConfig) -> _Fields:
     """Return the fields of a world that decide which teams can play in it and which prey are caught.
 
-    Teams trained on different payoffs can still play each other.
+    Teams trained on different payoffs, and teams that see differently, can still play each other.
     """
-    return env.model_dump(exclude=set(PAYOFF))
+    return env.model_dump(exclude={*PAYOFF, *SIGHT})
 
 
 def check_same_world(runs: Sequence[tuple[Path, RunConfig]]) -> None:

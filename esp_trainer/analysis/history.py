@@ -175,7 +175,7 @@ class History:
         origin = {**self.config.model_dump(), "generation": generation}
         side, controller = side_config(self.config, role), side_controller(self.config, role)
         (genomes,) = self.genomes(role, np.array([generation]))
-        return Team(role, side, controller, genomes, origin, controller.n_seen)
+        return Team(role, side, controller, genomes, origin, self.config.env.team(role).n_seen)
 
     def player(self, role: Role, generation: int) -> Contestant:
         """Return the team that plays a side in a generation: the champion, or the script of a scripted side."""

@@ -52,7 +52,7 @@ def _check_fits(path: Path, history: History, config: RunConfig) -> None:
 
     def needed(of: RunConfig) -> dict[str, Any]:
         sides: dict[str, Any] = {role: side_config(of, role).model_dump() for role in history.champions}
-        return {"env": world_of(of.env), **sides}
+        return {"env": world_of(of.env), "sight": of.env.sight._asdict(), **sides}
 
     different = difference(needed(history.config), needed(config))
     if different:

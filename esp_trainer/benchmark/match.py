@@ -15,6 +15,7 @@ from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.policies import Policy
+from predprey_env.policies.opponents import sight_in
 from predprey_env.policies.outside import OutsideTeam
 
 Challenger: TypeAlias = Contestant | Policy
@@ -68,7 +69,9 @@ class Arena:
 
     def _play_outside(self, candidate: Policy, role: Role, opponent: Contestant) -> Meeting:
         n, inside = len(self.starts), opponent.policy(other_team(role), self.env)
-        worlds = PredPreyVectorEnv(self.env.replace(reward="terminal"), n, role, inside, AutoresetMode.SAME_STEP)
+        seen = {f"see_{name}": value for name, value in sight_in(candidate, self.env)._asdict().items()}
+        env = self.env.replace(reward="terminal", **seen)
+        worlds = PredPreyVectorEnv(env, n, role, inside, AutoresetMode.SAME_STEP)
         views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})
         team = self._begin(candidate, role)
         found = Meeting(np.zeros(n, np.int64), np.zeros(n), np.zeros(n, np.int64))

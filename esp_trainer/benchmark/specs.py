@@ -31,7 +31,7 @@ from esp_trainer.files import DamagedFileError, digest_of
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.agents import other_team
-from predprey_env.config import PAYOFF, SHAPES, EnvConfig, TeamShape
+from predprey_env.config import PAYOFF, SHAPES, SIGHT, EnvConfig, TeamShape
 from predprey_env.policies import SCRIPTS
 from predprey_env.policies.opponents import as_policy
 
@@ -145,7 +145,7 @@ def _imported(spec: str, module: str, attribute: str, role: Role, env: EnvConfig
     return Candidate(spec, player, digest_of(Path(where)) if where else "", f"{module} was imported")
 
 
-_OF_PLAY = [name for name in EnvConfig.model_fields if name not in SHAPES | PAYOFF]
+_OF_PLAY = [name for name in EnvConfig.model_fields if name not in SHAPES | PAYOFF | SIGHT]
 """Fields of a world that change play, besides those that a team must fit."""
 _KINDS = {"sb3": _sb3, "torch": _torch}
 

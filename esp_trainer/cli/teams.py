@@ -155,7 +155,7 @@ def pair(team: str, against: str) -> tuple[dict[Role, Contestant], EnvConfig]:
 
 def _assumed_world(name: str, team: Team) -> EnvConfig:
     """Return the paper's world with as many agents as a team has and sees, and print a note about it."""
-    sees = team.controller.n_seen // 2
+    sees = team.n_opponents
     if team.role == "predators":
         idles = len(team.controller.blank) == EnvConfig().n_predator_actions
         env = EnvConfig(n_predators=team.n_agents, n_prey=sees, predator_idle=idles)

@@ -38,8 +38,9 @@ def side_config(config: RunConfig, role: Role) -> SideConfig:
 
 def side_controller(config: RunConfig, role: Role) -> Controller:
     """Return the controller of one side's agents."""
-    settings, (n_agents, n_opponents, n_actions) = side_config(config, role), config.env.team(role)
-    return make_controller(settings, offset_wiring(settings, n_opponents, n_agents), n_actions, n_agents)
+    settings, shape, sight = side_config(config, role), config.env.team(role), config.env.sight
+    wiring = offset_wiring(settings, shape.n_opponents, shape.n_agents, sight)
+    return make_controller(settings, wiring, shape.n_actions, shape.n_agents, sight)
 
 
 def new_sides(config: RunConfig, league: League = NO_LEAGUE) -> dict[Role, Side]:

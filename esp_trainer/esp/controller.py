@@ -8,9 +8,12 @@ import numpy as np
 
 from esp_trainer.config import SideConfig
 from esp_trainer.types import Controller
+from predprey_env.config import PLAIN_SIGHT, Sight
 
 
-def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int, n_agents: int = 1) -> Controller:
+def make_controller(
+    side: SideConfig, wiring: np.ndarray, n_actions: int, n_agents: int = 1, sight: Sight = PLAIN_SIGHT
+) -> Controller:
     """Return the controller of each agent of a side, or of all its agents if it is central.
 
     Args:
@@ -18,6 +21,7 @@ def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int, n_agen
         wiring: Indices of the observation entries that each network reads, int ``(n_networks, n_inputs)``.
         n_actions: Number of actions.
         n_agents: Number of agents of the side.
+        sight: What the agents observe.
     """
     if n_actions < 2 or wiring.ndim != 2 or wiring.shape[1] < 2:  # the forward pass unrolls the first two
         raise ValueError(f"a controller needs 2 actions and 2 inputs a network, got {n_actions} and {wiring.shape}")
@@ -36,39 +40,44 @@ def make_controller(side: SideConfig, wiring: np.ndarray, n_actions: int, n_agen
         combines=side.controller == "combiner",
         n_together=n_agents if side.controller == "central" else 1,
         n_genes=0,
+        sight=sight,
         wiring=np.ascontiguousarray(wiring, np.int64),
     )
     return controller._replace(n_genes=max(controller.used_genes))
 
 
-def offset_wiring(side: SideConfig, n_opponents: int, n_agents: int = 1) -> np.ndarray:
-    """Return the wiring for observations that hold an (x, y) offset for each opponent.
+def offset_wiring(side: SideConfig, n_opponents: int, n_agents: int = 1, sight: Sight = PLAIN_SIGHT) -> np.ndarray:
+    """Return the wiring for observations that hold an (x, y) offset, and perhaps a last move, of each agent seen.
 
-    A central controller reads the observations of all ``n_agents``, one after the other.
+    A team-mate that is seen counts as an opponent does: a split controller has a network for each. Only a central
+    controller reads indices of agents, since all others have networks for each agent; it reads the observations of all
+    ``n_agents``, one after the other.
     """
     if side.controller == "central":
-        return np.arange(2 * n_opponents * n_agents).reshape(1, -1)
-    groups = TOPOLOGIES[side.controller](n_opponents)
-    return np.array([[2 * opponent + axis for opponent in group for axis in (0, 1)] for group in groups])
+        return np.arange(n_agents * sight.n_seen(n_agents, n_opponents)).reshape(1, -1)
+    n_others = sight.n_others(n_agents, n_opponents)
+    first = (0, 2 * n_others) if sight.moves else (0,)
+    groups = TOPOLOGIES[side.controller](n_others)
+    return np.array([[at + 2 * other + axis for at in first for other in group for axis in (0, 1)] for group in groups])
 
 
-def _each(n_opponents: int) -> list[tuple[int, ...]]:
-    return [(opponent,) for opponent in range(n_opponents)]
+def _each(n_others: int) -> list[tuple[int, ...]]:
+    return [(other,) for other in range(n_others)]
 
 
-def _all(n_opponents: int) -> list[tuple[int, ...]]:
-    return [tuple(range(n_opponents))]
+def _all(n_others: int) -> list[tuple[int, ...]]:
+    return [tuple(range(n_others))]
 
 
-def _pairs(n_opponents: int) -> list[tuple[int, ...]]:
-    return list(combinations(range(n_opponents), min(2, n_opponents)))
+def _pairs(n_others: int) -> list[tuple[int, ...]]:
+    return list(combinations(range(n_others), min(2, n_others)))
 
 
 TOPOLOGIES = {
     "split": _each,
     "combiner": _each,
-    "double": lambda n_opponents: 2 * _each(n_opponents),
+    "double": lambda n_others: 2 * _each(n_others),
     "pairs": _pairs,
     "monolithic": _all,
 }
-"""Name of a controller -> function from the number of opponents to the opponents that each of its networks sees."""
+"""Name of a controller -> function from the number of other agents seen to those that each of its networks sees."""

@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from esp_trainer.types import Controller
+from predprey_env.config import Sight
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.jit.lanes import load, store, where
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import next_state, unit_float
-from predprey_env.policies.protocol import choose, sees_team
+from predprey_env.policies.protocol import choose, sees_team, sight_of
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 LOG2_E = np.float32(1.4426950408889634)
@@ -203,5 +204,12 @@ def reads_team(networks: Networks) -> bool:
     return networks.controller.n_together > 1
 
 
+@rule
+def networks_sight(networks: Networks) -> Sight:
+    """Return what the agents observe; see :func:`predprey_env.policies.protocol.sight_of`."""
+    return networks.controller.sight
+
+
 choose.register(Networks, play)
 sees_team.register(Networks, reads_team)
+sight_of.register(Networks, networks_sight)

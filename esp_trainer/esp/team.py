@@ -16,7 +16,7 @@ from esp_trainer.esp.network import Networks
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
-from predprey_env.config import EnvConfig
+from predprey_env.config import EnvConfig, Sight
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies.protocol import Memories, choose
 from predprey_env.settings import plain
@@ -83,6 +83,19 @@ class Team:
         """The role of the team; see :class:`~esp_trainer.types.Contestant`."""
         return (self.role,)
 
+    @property
+    def sight(self) -> Sight:
+        """What the agents observe, in whatever world they play; see :class:`predprey_env.policies.Policy`."""
+        return self.controller.sight
+
+    @property
+    def n_opponents(self) -> int:
+        """Number of opponents that the team evolved against."""
+        sight, seen = self.sight, self.controller.n_seen
+        if self.controller.n_together > 1 and sight.identity:  # only central controllers read the identities
+            seen -= self.n_agents
+        return seen // (4 if sight.moves else 2) - (self.n_agents - 1 if sight.teammates else 0)
+
     def policy(self, role: Role, env: EnvConfig) -> Team:
         """Return the team itself, which is a policy; raise :class:`ValueError` if it does not fit."""
         self.check_fits(role, env)
@@ -127,8 +140,8 @@ class Team:
         """Raise :class:`ValueError` unless the team can play a role in a world."""
         if self.role != role:
             raise ValueError(f"expected {role}, got a team of {self.role}")
-        n_agents, n_opponents, n_actions = env.team(role)
-        sees = self.controller.n_seen // 2
+        n_agents, n_opponents, n_actions, _ = env.team(role)
+        sees = self.n_opponents
         if self.n_agents != n_agents:
             raise ValueError(f"this world has {n_agents} {role}, got a team of {self.n_agents}")
         if sees != n_opponents:
@@ -169,7 +182,7 @@ class Team:
             "n_agents": self.n_agents,
             "n_actions": len(self.controller.blank),
         }
-        header |= {"n_seen": self.n_seen, "provenance": provenance}
+        header |= {"n_seen": self.n_seen, "sight": self.sight._asdict(), "provenance": provenance}
         arrays = {"genomes": self.genomes, "wiring": self.controller.wiring}
         write_arrays(Path(path), "team", header, arrays)
 
@@ -180,7 +193,8 @@ class Team:
         header, arrays = read_arrays(path, "team")
         try:
             side = SideConfig.from_dict(header["side"])
-            controller = make_controller(side, arrays["wiring"], header["n_actions"], header.get("n_agents", 1))
+            n_agents, sight = header.get("n_agents", 1), _read_sight(header.get("sight", {}))
+            controller = make_controller(side, arrays["wiring"], header["n_actions"], n_agents, sight)
             if header["role"] not in ROLES:
                 raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
             origin, n_seen = dict(header["provenance"]), header["n_seen"]
@@ -189,6 +203,13 @@ class Team:
             raise DamagedFileError(f"{path} is not a usable team: {error.args[0]} is missing") from None
         except (ValueError, TypeError) as error:
             raise DamagedFileError(f"{path} is not a usable team: {error}") from None
+
+
+def _read_sight(options: dict[str, Any]) -> Sight:
+    """Return a sight from a file; files from before there were several have none."""
+    if not (isinstance(options, dict) and all(isinstance(value, bool) for value in options.values())):
+        raise ValueError(f"sight must hold booleans, got {options}")
+    return Sight(**options)
 
 
 def _as_json(value: Any) -> Any:

@@ -131,7 +131,7 @@ def _side(role: Role, teams: TeamBatch, n_trials: int, env: EnvConfig) -> BatchS
 
 
 def _scripted_side(role: Role, teams: ScriptedTeams, env: EnvConfig) -> BatchSide:
-    n_agents, _, n_actions = env.team(role)
+    n_agents, _, n_actions, _ = env.team(role)
     nobody = make_controller(SideConfig(), np.array([[0, 1]]), n_actions)
     empty = np.zeros((1, n_agents, 0, 0), np.int64)
     script = teams.policy(role, env).compiled(role, env, LANES)
@@ -139,14 +139,13 @@ def _scripted_side(role: Role, teams: ScriptedTeams, env: EnvConfig) -> BatchSid
 
 
 def _evolved_side(role: Role, teams: EvolvedTeams, n_trials: int, env: EnvConfig) -> BatchSide:
-    shape = env.team(role)
-    n_agents, n_opponents, n_actions = shape
+    n_agents, n_opponents, n_actions, _ = env.team(role)
     controller = teams.controller
     got = len(teams.indices), teams.indices.shape[1] * controller.n_together, len(controller.blank)
     if got != (n_trials, n_agents, n_actions):
         expected = f"{n_trials} trials, {n_agents} agents and {n_actions} actions"
         raise ValueError(f"teams must have {expected}, got {got[0]}, {got[1]} and {got[2]}")
-    n_seen = shape.n_seen * controller.n_together
+    n_seen = controller.sight.n_seen(n_agents, n_opponents) * controller.n_together
     if controller.wiring.max() >= n_seen:
         raise ValueError(f"networks must read entries below {n_seen}, got {controller.wiring.max()}")
     n_candidates = teams.genomes.shape[3]

@@ -13,13 +13,13 @@ import numpy as np
 
 from esp_trainer.esp.network import Networks, play, reads_team
 from esp_trainer.types import Controller
-from predprey_env.config import Rules
+from predprey_env.config import Rules, Sight
 from predprey_env.engine import Block, begin, caught_at, cells, make_block, make_seen, make_world, measure, play_step
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, any_of, lane_zeros, load, store, where
 from predprey_env.jit.values import Array, FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
-from predprey_env.policies.protocol import choose, sees_team
+from predprey_env.policies.protocol import choose, sees_team, sight_of
 from predprey_env.policies.scripted import Script, follow
 from predprey_env.rules.dynamics import World, is_over
 
@@ -109,8 +109,15 @@ def entrants_read_team(entrants: Entrants) -> bool:
     return reads_team(entrants.networks)
 
 
+@rule
+def entrants_sight(entrants: Entrants) -> Sight:
+    """Return what the networks observe; a script's are nobody's, and observe what scripts do."""
+    return entrants.networks.controller.sight
+
+
 choose.register(Entrants, choose_entrant)
 sees_team.register(Entrants, entrants_read_team)
+sight_of.register(Entrants, entrants_sight)
 
 
 @rule

@@ -19,6 +19,7 @@ from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, TeamBatch, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
+from predprey_env.envs.parallel import observed_by
 from predprey_env.policies import Policy, ScriptedTeam
 
 
@@ -95,7 +96,8 @@ class ReferenceEvaluator:
             actions: dict[str, int] = {}
             for role, policy in policies.items():
                 in_turn = [a for a in self.agents[role] if infos.get(a, {}).get("in_turn", a in observations)]
-                actions |= policy.act({agent: observations[agent] for agent in in_turn})
+                seen = observed_by(policy, self.env, observations)
+                actions |= policy.act({agent: seen[agent] for agent in in_turn})
             observations, rewards, _, _, infos = self.env.step(actions)
             yield rewards, infos
 

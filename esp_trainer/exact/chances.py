@@ -19,10 +19,10 @@ from esp_trainer.esp.team import Team
 from esp_trainer.exact.states import n_keys, read_key
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.agents import PREFIXES
-from predprey_env.config import EnvConfig, Rules
+from predprey_env.config import PLAIN_SIGHT, EnvConfig, Rules, Sight
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.opponents import ask
+from predprey_env.policies.opponents import ask, sight_in
 from predprey_env.policies.outside import OutsideTeam
 from predprey_env.policies.protocol import MEMORY
 from predprey_env.policies.scripted import Script, follow
@@ -58,21 +58,27 @@ def survivors(config: EnvConfig) -> list[Survivors]:
     return found
 
 
-def views(config: EnvConfig, role: Role) -> np.ndarray:
-    """Return the observations of every agent of a team in every state: float32 ``(n_states, n_agents, n_seen)``."""
+def views(config: EnvConfig, role: Role, sight: Sight = PLAIN_SIGHT) -> np.ndarray:
+    """Return what every agent of a team observes in every state: float32 ``(n_states, n_agents, n_seen)``.
+
+    Raises :class:`PolicyError` if the last moves are observed, which no state holds.
+    """
+    if sight.moves:
+        raise PolicyError("a policy that observes the last moves cannot be solved for: positions do not hold them")
     shape, n_agents, games = config.team(role), config.n_agents, survivors(config)
-    seen = np.zeros((games[-1].keys.stop, shape.n_agents, shape.n_seen), np.float32)
+    n_seen = sight.n_seen(shape.n_agents, shape.n_opponents)
+    seen = np.zeros((games[-1].keys.stop, shape.n_agents, n_seen), np.float32)
     first = 0 if role == "predators" else config.n_predators
     for prey, keys in games:
         alive = np.isin(range(config.n_prey), prey).astype(np.int32)
         world = World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), alive)
         rows = np.array([*range(config.n_predators), *(config.n_predators + i for i in prey)])
-        _look(world, config.rules, first, rows, np.zeros(len(rows), np.int32), seen[keys])
+        _look(world, config.rules, sight, first, rows, np.zeros(len(rows), np.int32), seen[keys])
     return seen
 
 
 @entry_point
-def _look(world: World, rules: Rules, first: int, rows: Any, cells: Any, seen: Any) -> None:
+def _look(world: World, rules: Rules, sight: Sight, first: int, rows: Any, cells: Any, seen: Any) -> None:
     """Write the observations in every state with the same survivors to ``seen``; ``rows`` are the survivors' rows of
     the world.
     """
@@ -81,7 +87,7 @@ def _look(world: World, rules: Rules, first: int, rows: Any, cells: Any, seen: A
         for i in range(len(rows)):
             world.x[rows[i]], world.y[rows[i]] = cells[i] // rules.size, cells[i] % rules.size
         for agent in range(seen.shape[1]):
-            observe(world, first + agent, rules, seen[key, agent], 0)
+            observe(world, world.x, first + agent, rules, sight, seen[key, agent], 0)  # no last moves are read
 
 
 def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> np.ndarray:
@@ -101,7 +107,7 @@ def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _un
         config: The world.
         progress: Called with the number of states in which the policy has just been asked.
     """
-    seen = views(config, role)
+    seen = views(config, role, sight_in(policy, config))
     found = np.empty((*seen.shape[:2], config.team(role).n_actions))
     for first in range(0, len(seen), _TOGETHER):
         part = slice(first, first + _TOGETHER)

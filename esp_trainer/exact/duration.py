@@ -14,6 +14,7 @@ from esp_trainer.exact.chances import ask_in, views
 from esp_trainer.exact.states import states_of, turns_of
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig
+from predprey_env.policies.opponents import sight_in
 
 _SAMPLE = 1024  # number of positions; they take a few tenths of a second at most if the whole game can be solved at all
 _LONG_ENOUGH = 0.1  # shortest time, in seconds, that is measured precisely enough
@@ -39,7 +40,7 @@ def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, f
     """Return a policy's action probabilities in a sample of positions, ``(n, n_agents, n_actions)``, and an estimate of
     how many seconds :func:`~esp_trainer.exact.chances.chances` takes to ask it in all positions.
     """
-    seen, n, seconds = views(config, role), 1, 0.0
+    seen, n, seconds = views(config, role, sight_in(policy, config)), 1, 0.0
     while True:  # double the sample until it takes long enough: a policy may take a microsecond or a second a position
         part = seen[np.linspace(0, len(seen) - 1, n).astype(int)]
         seconds = _timed(ask_in, policy, part, role, config)

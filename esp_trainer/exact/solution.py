@@ -17,10 +17,10 @@ from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
 from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen_from, states_of, turns_of
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from predprey_env.config import PAYOFF, EnvConfig
+from predprey_env.config import PAYOFF, SIGHT, EnvConfig
 from predprey_env.jit.compilation import entry_point, rule
 
-_MAY_DIFFER = {*PAYOFF, "max_cycles", "start_collisions", "captured_prey"}
+_MAY_DIFFER = {*PAYOFF, *SIGHT, "max_cycles", "start_collisions", "captured_prey"}
 _PART = 1024  # number of states that a thread takes at a time
 _CHUNK = 1 << 16  # number of keys that are counted at a time
 _COUNTABLE = 10**18  # number of bytes above which an error says only "more than"

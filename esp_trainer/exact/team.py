@@ -13,7 +13,7 @@ from esp_trainer.exact.solution import Solution, SolutionWork, fill_payoffs, mak
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
-from predprey_env.config import EnvConfig
+from predprey_env.config import PLAIN_SIGHT, EnvConfig
 from predprey_env.jit.compilation import entry_point
 
 
@@ -31,6 +31,8 @@ class OptimalTeam:
         solution: Solution for at least as many steps as an episode can have left.
         n_steps: Number of steps of an episode; by default the time limit of the solved world.
     """
+
+    sight = PLAIN_SIGHT
 
     def __init__(self, role: Role, solution: Solution, n_steps: int | None = None) -> None:
         config = solution.config

@@ -23,8 +23,9 @@ from predprey_env.engine import play_step
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.rules.dynamics import is_over
+from predprey_env.rules.observation import sight_rows
 
-_PLAYED = (play_step, seed_of, first_memory, is_over)
+_PLAYED = (play_step, seed_of, first_memory, is_over, sight_rows)
 _SEEN = (episode_of, unwrap, measure_offsets, detect, role_towards_any)
 _USED = (
     *(rule.__name__ for rule in (*_PLAYED, *_SEEN)),
@@ -47,7 +48,7 @@ def world(env: EnvConfig) -> dict[str, Any]:
     """Return a world in the form that the page's ``Game`` and detectors read."""
     return {
         "env": env.model_dump(),
-        "rules": env.rules._asdict(),
+        "rules": env.rules._asdict() | {"sight": env.sight._asdict()},
         "memory": MEMORY,
         "moves": MOVES,
         "thresholds": Thresholds()._asdict(),
@@ -87,6 +88,7 @@ def controller(networks: Controller) -> dict[str, Any]:
         **networks._asdict(),
         "blank": [0] * len(networks.blank),
         "input_scale": float(networks.input_scale),
+        "sight": networks.sight._asdict(),
         "wiring": networks.wiring.tolist(),
     }
     return {**plain, "fan_in": networks.fan_in, "n_votes": networks.n_votes}

@@ -186,7 +186,7 @@ class Trainer:
                 champion.controller,
                 champion.genomes,
                 {**self._origin, **progress},
-                champion.controller.n_seen,
+                config.env.team(role).n_seen,
             )
             team.save(self.directory.champion_file(role, generation.number))
 

@@ -136,7 +136,7 @@ class ParallelVectorEnv(ManyWorlds):
         check_agents(actions, self._possible_agents)
         predators, prey = (self._read_actions(actions, team) for team in TEAMS)
         move_team(self._worlds, self._rows["predators"], self._rules, predators)
-        move_told(self._worlds, self._rows["prey"], self._rules, prey)
+        move_told(self._worlds, self._rows["prey"], self._rules, self._scratch, prey)
         if self._autoreset_mode is AutoresetMode.NEXT_STEP and before.any():
             self._start(np.flatnonzero(before))
         results = make_results(self.n_worlds, self._everybody)
@@ -199,7 +199,7 @@ class ParallelVectorEnv(ManyWorlds):
         for team in TEAMS:
             shape = self._shapes[team]
             views = np.empty((self.n_worlds, shape.n_agents, shape.n_seen), np.float32)
-            look(self._worlds, self._rows[team], self._rules, self._scratch, views)
+            look(self._worlds, self._rows[team], self._rules, self._rules.sight, self._scratch, views)
             seen |= {agent: views[:, i] for i, agent in enumerate(self._names[team])}
         return seen
 

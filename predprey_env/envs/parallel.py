@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -10,16 +11,18 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, read_action
-from predprey_env.config import TEAMS, EnvConfig, Rules
+from predprey_env.config import IDLE, TEAMS, EnvConfig, Rules, Sight
 from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.extras import require_pygame
-from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.values import Array, FloatRows, IntegerRows
+from predprey_env.policies.opponents import sight_in
+from predprey_env.policies.protocol import Policy
 from predprey_env.rendering import text
-from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, take_turn
+from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, remember_moves, take_turn
 from predprey_env.rules.fitness import fitness
 from predprey_env.rules.observation import observe
 from predprey_env.rules.starts import draw_starts, given_starts
@@ -37,15 +40,41 @@ Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str
 
 @entry_point
 def _advance(
-    world: World, actions: IntegerRows, turn: int, steps: int, rules: Rules, seen: FloatRows, scores: Array
+    world: World,
+    moved: IntegerRows,
+    actions: IntegerRows,
+    turn: int,
+    steps: int,
+    rules: Rules,
+    seen: FloatRows,
+    scores: Array,
 ) -> bool:
-    """Play a turn; write observations and fitness, and return whether the episode ends."""
+    """Play a turn; write last moves, observations and fitness, and return whether the episode ends."""
     take_turn(world, actions, turn, rules)
-    row = 0
-    for agent in range(rules.n_predators + rules.n_prey):
-        row = observe(world, agent, rules, seen, row)
+    remember_moves(actions, turn, rules, moved)
+    _observe_all(world, moved, rules, rules.sight, seen)
     fitness(world, steps, rules, scores)
     return is_over(world, steps, rules)
+
+
+@rule
+def _observe_all(world: World, moved: IntegerRows, rules: Rules, sight: Sight, seen: FloatRows) -> None:
+    """Write every agent's observation to ``seen``, one after the other."""
+    row = 0
+    for agent in range(rules.n_predators + rules.n_prey):
+        row = observe(world, moved, agent, rules, sight, seen, row)
+
+
+@entry_point
+def _observe_as(world: World, moved: IntegerRows, rules: Rules, sight: Sight, seen: FloatRows) -> None:
+    _observe_all(world, moved, rules, sight, seen)
+
+
+def _slices(config: EnvConfig, sight: Sight) -> list[slice]:
+    """Return where each agent's observation is among those of all agents."""
+    shapes = [config.team(team) for team in TEAMS]
+    lengths = [n for shape in shapes for n in [sight.n_seen(shape.n_agents, shape.n_opponents)] * shape.n_agents]
+    return [slice(end - n, end) for end, n in zip(accumulate(lengths), lengths, strict=True)]
 
 
 class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
@@ -70,11 +99,8 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         self.action_spaces = {agent: action_space(config, team) for agent, team in teams.items()}
         self.state_space = state_space(config)
 
-        lengths = [space.shape[0] for space in self.observation_spaces.values()]
-        ends = np.cumsum(lengths)
         self._index = {agent: i for i, agent in enumerate(self.possible_agents)}
-        self._slices = [slice(int(end) - length, int(end)) for end, length in zip(ends, lengths, strict=True)]
-        self._n_seen = int(ends[-1])
+        self._slices = _slices(config, config.sight)
         self._n_actions = [int(space.n) for space in self.action_spaces.values()]
         n_predators, n_prey = config.n_predators, config.n_prey
         self._in_turn = {
@@ -86,6 +112,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         self._random: tuple[np.random.Generator, int] | None = None
         self._world: World | None = None
         self._actions = np.zeros(config.n_agents, np.int32)
+        self._moved = np.full(config.n_agents, IDLE, np.int32)
         self._scores = np.zeros(config.n_agents)
         self._steps = 0
         self._viewer: Viewer | None = None
@@ -138,6 +165,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
             self._random = seeding.np_random(number)
         places = draw_starts(self.np_random, 1, self.config)[0] if given is None else given
         self._world = World(places[:, 0].copy(), places[:, 1].copy(), np.ones(self.config.n_prey, np.int32))
+        self._moved[:] = IDLE
         self._steps = 0
         self._turn = PREY if self._rules.prey_first else EVERYBODY
         self.agents = self.possible_agents[:]
@@ -183,6 +211,15 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         if self._render_mode == "human":
             self.render()
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
+
+    def observe_as(self, sight: Sight) -> dict[str, Observation]:
+        """Return what the agents in the game would observe if they had another sight than the world's options say."""
+        if self._world is None:
+            raise RuntimeError("reset() must be called before observe_as()")
+        slices = _slices(self._config, sight)
+        seen = np.empty(slices[-1].stop, np.float32)
+        _observe_as(self._world, self._moved, self._rules, sight, seen)
+        return {agent: seen[slices[i]] for agent, i in self._rows(self.agents)}
 
     def state(self) -> np.ndarray:
         """Return the whole state for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``.
@@ -237,8 +274,8 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
 
     def _look(self, world: World, turn: int) -> dict[str, Observation]:
         """Play a turn, store its results for the step, and return the observations of the agents in the game."""
-        seen = np.empty(self._n_seen, np.float32)
-        over = _advance(world, self._actions, turn, self._steps, self._rules, seen, self._scores)
+        seen = np.empty(self._slices[-1].stop, np.float32)
+        over = _advance(world, self._moved, self._actions, turn, self._steps, self._rules, seen, self._scores)
         self._over = over and turn != PREY  # a time step ends with the predators' turn
         self._alive: list[int] = world.alive.tolist()
         self._fitness: list[float] = self._scores.tolist()
@@ -261,7 +298,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         """Return everything that a step changes, for :meth:`_restore`."""
         world = self._world and World(*(rows.copy() for rows in self._world))
         state = self._random and self._random[0].bit_generator.state
-        return {"attributes": {**self.__dict__, "_world": world}, "state": state}
+        return {"attributes": {**self.__dict__, "_world": world, "_moved": self._moved.copy()}, "state": state}
 
     def _restore(self, saved: dict[str, Any]) -> None:
         self.__dict__.update(saved["attributes"])
@@ -284,3 +321,13 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
             }
             for agent, i in self._rows(agents)
         }
+
+
+def observed_by(
+    policy: Policy, env: ParallelEnv[str, Observation, int], observations: dict[str, Observation]
+) -> dict[str, Observation]:
+    """Return what a policy observes: the environment's observations, or those of the policy's own ``sight``."""
+    if not isinstance(env, PredPreyEnv):
+        return observations
+    sight = sight_in(policy, env.config)
+    return observations if sight == env.config.sight else env.observe_as(sight)

@@ -9,9 +9,18 @@ from predprey_env.config import EnvConfig, TeamName
 
 
 def observation_space(config: EnvConfig, team: TeamName) -> Box:
-    """Return the space of an agent's observation: an offset ``(x, y)`` for each opponent, in cells."""
-    low, high = -(config.size // 2), config.size - config.size // 2 - 1
-    return Box(low, high, (config.team(team).n_seen,), np.float32)
+    """Return the space of an agent's observation: offsets first, then last moves and the identity if they are seen."""
+    shape, sight = config.team(team), config.sight
+    n_offsets = 2 * sight.n_others(shape.n_agents, shape.n_opponents)
+    n_moves = n_offsets if sight.moves else 0
+    lengths = n_offsets, n_moves, shape.n_seen - n_offsets - n_moves
+    half = config.size // 2
+    lowest, highest = np.array([-half, config.size - half - 1], np.float32)
+    if sight.scaled:
+        scale = np.float32(2) / np.float32(config.size)
+        lowest, highest = lowest * scale, highest * scale
+    low, high = np.repeat([lowest, -1, 0], lengths), np.repeat([highest, 1, 1], lengths)
+    return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
 
 
 def action_space(config: EnvConfig, team: TeamName) -> Discrete:

@@ -14,7 +14,7 @@ from predprey_env.agents import PREFIXES, check_agents, other_team, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.options import Options
-from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
+from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step, observed_by
 from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
 from predprey_env.policies.protocol import Policy
@@ -202,8 +202,9 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     def _opponents_choose(self) -> dict[str, int]:
         """Return the other team's actions for its last observations."""
         others = [agent for agent in self.env.agents if agent not in self.observation_spaces]
-        views = {agent: self._observations[agent].copy() for agent in others}
-        return ask(self._policies[self._member], views, self._n_opponent_actions)
+        policy = self._policies[self._member]
+        seen = observed_by(policy, self.env, self._observations)
+        return ask(policy, {agent: seen[agent].copy() for agent in others}, self._n_opponent_actions)
 
     def _own_part(self, step: Step) -> Step:
         observations, rewards, terminations, truncations, infos = step

@@ -239,11 +239,11 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         for number, (_, outside, player) in enumerate(self._seats):
             mine = playing & (members == number)
             if outside and mine.any():
-                look(self._worlds, self._other_rows, self._rules, self._scratch, outside.views)
+                look(self._worlds, self._other_rows, self._rules, outside.sight, self._scratch, outside.views)
                 tell(self._worlds, self._other_rows, mine, outside.act(mine))
             elif mine.any():
                 let_member_choose(self._worlds, self._other_rows, player, number, self._rules, self._scratch)
-        move_chosen(self._worlds, self._other_rows, self._rules)
+        move_chosen(self._worlds, self._other_rows, self._rules, self._scratch)
 
     def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
         """Start some worlds, each from its own generator unless starts are given."""
@@ -269,7 +269,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     def _look(self) -> np.ndarray:
         shape = self.config.team(self.team)
         views = np.empty((self.n_worlds, shape.n_agents, shape.n_seen), np.float32)
-        look(self._worlds, self._rows, self._rules, self._scratch, views)
+        look(self._worlds, self._rows, self._rules, self._rules.sight, self._scratch, views)
         return views.reshape(self.num_envs, -1)
 
     def _count(self) -> Infos:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from predprey_env.config import IDLE, EnvConfig, Rules
+from predprey_env.config import IDLE, EnvConfig, Rules, Sight
 from predprey_env.engine import (
     Block,
     TeamRows,
@@ -113,7 +113,8 @@ def make_counts(n_worlds: int, team: TeamRows) -> Counts:
 def _block(worlds: Worlds, at: int) -> Block:
     blocks = worlds.blocks
     world = World(blocks.world.x[at], blocks.world.y[at], blocks.world.alive[at])
-    return Block(world, blocks.clock[at], blocks.survived[at], blocks.actions[at], blocks.memory[at])
+    clock, survived = blocks.clock[at], blocks.survived[at]
+    return Block(world, clock, survived, blocks.actions[at], blocks.moved[at], blocks.memory[at])
 
 
 @rule
@@ -204,10 +205,19 @@ def move_team(worlds: Worlds, team: TeamRows, rules: Rules, actions: Array) -> N
 
 
 @rule
-def _move(worlds: Worlds, at: int, opponents: TeamRows, rules: Rules) -> None:
-    """Play the opponents' actions: together with the team's, or in a turn of their own."""
+def _move(worlds: Worlds, at: int, opponents: TeamRows, rules: Rules, scratch: Scratch) -> None:
+    """Play the opponents' actions: together with the team's, or in a turn of their own.
+
+    Where the episode is over, they idle, and their last moves remain those of the episode.
+    """
+    first, last = opponents.first, opponents.first + opponents.n_agents
+    moved, over = worlds.blocks.moved[at], load(worlds.over[at], 0) != 0
+    for agent in range(first, last):
+        store(scratch.actions, agent, load(moved, agent))
     _stay(worlds, at, opponents)
     _play(worlds, at, _turn_of(opponents) if rules.prey_first else EVERYBODY, rules)
+    for agent in range(first, last):
+        store(moved, agent, where(over, load(scratch.actions, agent), load(moved, agent)))
 
 
 @entry_point
@@ -215,7 +225,7 @@ def move_opponents(worlds: Worlds, opponents: TeamRows, player: Player, rules: R
     """Let compiled opponents choose, and play their actions; the pool has no other member."""
     for at in range(len(worlds.over)):
         _choose(worlds, at, opponents, player, 0, rules, scratch)
-        _move(worlds, at, opponents, rules)
+        _move(worlds, at, opponents, rules, scratch)
 
 
 @entry_point
@@ -241,26 +251,27 @@ def tell(worlds: Worlds, opponents: TeamRows, told: Array, actions: Array) -> No
 
 
 @entry_point
-def move_chosen(worlds: Worlds, opponents: TeamRows, rules: Rules) -> None:
+def move_chosen(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scratch) -> None:
     """Play the actions that all members of the pool have chosen."""
     for at in range(len(worlds.over)):
-        _move(worlds, at, opponents, rules)
+        _move(worlds, at, opponents, rules, scratch)
 
 
 @entry_point
-def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, actions: Array) -> None:
+def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scratch, actions: Array) -> None:
     """Play the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``."""
     for at in range(len(worlds.over)):
         _write(worlds, at, opponents, actions)
-        _move(worlds, at, opponents, rules)
+        _move(worlds, at, opponents, rules, scratch)
 
 
 @entry_point
-def look(worlds: Worlds, team: TeamRows, rules: Rules, scratch: Scratch, views: Array) -> None:
+def look(worlds: Worlds, team: TeamRows, rules: Rules, sight: Sight, scratch: Scratch, views: Array) -> None:
     """Write the observations of every agent of a team to ``views``, float32 ``(n_worlds, n_agents, n_seen)``."""
     for at in range(len(worlds.over)):
+        block = _block(worlds, at)
         for agent in range(team.n_agents):
-            n_seen = observe(_block(worlds, at).world, team.first + agent, rules, scratch.seen, 0)
+            n_seen = observe(block.world, block.moved, team.first + agent, rules, sight, scratch.seen, 0)
             for lane in range(min(LANES, len(views) - at * LANES)):
                 for i in range(n_seen):
                     views[at * LANES + lane, agent, i] = scratch.seen[i, lane]

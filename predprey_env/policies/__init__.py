@@ -2,7 +2,7 @@
 
 from predprey_env.policies.names import SCRIPTS, PredatorScript, PreyScript
 from predprey_env.policies.pool import OpponentPool
-from predprey_env.policies.protocol import Policy, choose, sees_team
+from predprey_env.policies.protocol import Policy, choose, sees_team, sight_of
 from predprey_env.policies.scripted import ScriptedTeam
 from predprey_env.policies.sight import nearest, towards
 
@@ -16,5 +16,6 @@ __all__ = [
     "choose",
     "nearest",
     "sees_team",
+    "sight_of",
     "towards",
 ]

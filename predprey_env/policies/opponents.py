@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from predprey_env.agents import read_action
-from predprey_env.config import EnvConfig, TeamName
+from predprey_env.config import EnvConfig, Sight, TeamName
 from predprey_env.policies.protocol import Player, Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 from predprey_env.settings import brief
@@ -104,6 +104,14 @@ def compiled_player(
         expected = "a player whose class has a rule: choose.register(Player, rule)"
         raise ValueError(f"{named}'s compiled() must return {expected}, got {brief(player)}")
     return player
+
+
+def sight_in(policy: Policy, env: EnvConfig) -> Sight:
+    """Return what a policy observes in a world: what it asks for itself, or what the world's options say."""
+    sight = getattr(policy, "sight", env.sight)
+    if not isinstance(sight, Sight):
+        raise ValueError(f"a policy's sight must be a predprey_env.Sight, got {brief(sight)}")
+    return sight
 
 
 def asked_at_once(policy: Policy) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from predprey_env.agents import PREFIXES
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.jit.lanes import LANES
-from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy
+from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy, sight_in
 from predprey_env.policies.protocol import Player, Policy
 
 
@@ -45,7 +45,10 @@ class OutsideTeam:
         self, policy: Policy, config: EnvConfig, team: TeamName, n_worlds: int, whose: str = "the opponent's"
     ) -> None:
         self._whose = whose
-        self._shape = config.team(team)
+        shape = config.team(team)
+        self.sight = sight_in(policy, config)
+        """What the team observes."""
+        self._shape = shape._replace(n_seen=self.sight.n_seen(shape.n_agents, shape.n_opponents))
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
         self.at_once = asked_at_once(policy)
         """True if the policy is asked about all worlds in one call."""

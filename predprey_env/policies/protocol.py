@@ -10,6 +10,7 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numba.extending import overload
 
+from predprey_env.config import Sight
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
@@ -77,6 +78,9 @@ class Policy(Protocol):
     ``(n_worlds, n_agents)``, with which a vector environment asks it about all worlds in one call. Such a policy must
     have no memory: it is also asked about worlds that are over, and more than once a step when other worlds have just
     begun.
+
+    A policy with an attribute ``sight``, a :class:`predprey_env.Sight`, observes what that says in every world. All
+    others observe what the world's options say.
     """
 
     def reset(self, seed: int | None = None) -> None:
@@ -148,8 +152,21 @@ class _SeesTeam(_Generic):
         return False if rule is None else bool(rule(player))
 
 
+class _SightOf(_Generic):
+    """Generic function that returns what a player's agents observe, a :class:`predprey_env.Sight`.
+
+    A class of player without a rule observes what the paper's agents do: ``sight_of.register(Player, rule)``, with
+    ``rule(player) -> Sight``.
+    """
+
+    def __call__(self, player: Player) -> Sight:
+        rule = self.registry.get(type(player))
+        return Sight() if rule is None else rule(player)
+
+
 choose = _Choose()
 sees_team = _SeesTeam()
+sight_of = _SightOf()
 
 _INLINED = {"nogil": True, "_nrt": False, "forceinline": True}
 
@@ -170,4 +187,15 @@ def _sees_itself(player: Player) -> bool:
 @overload(sees_team, jit_options=_INLINED)
 def _sees_team(player):  # type: ignore[no-untyped-def]
     implementation = sees_team.registry.get(getattr(player, "instance_class", None), _sees_itself)
+    return lambda player: implementation(player)
+
+
+@rule
+def _opponents_only(player: Player) -> Sight:
+    return Sight(False, False, False, False, False)
+
+
+@overload(sight_of, jit_options=_INLINED)
+def _sight_of(player):  # type: ignore[no-untyped-def]
+    implementation = sight_of.registry.get(getattr(player, "instance_class", None), _opponents_only)
     return lambda player: implementation(player)

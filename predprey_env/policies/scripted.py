@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from predprey_env.agents import PREFIXES, agent_number, other_team
-from predprey_env.config import TEAMS, EnvConfig, TeamName
+from predprey_env.config import PLAIN_SIGHT, TEAMS, EnvConfig, TeamName
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import load, store
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
@@ -108,6 +108,9 @@ class ScriptedTeam:
         in_turns: True if the predators move after the prey, and see its move.
     """
 
+    sight = PLAIN_SIGHT
+    """What scripts observe, in whatever world they play."""
+
     def __init__(
         self, script: str, team: TeamName | None = None, n_actions: int | None = None, *, in_turns: bool = False
     ) -> None:
@@ -126,6 +129,7 @@ class ScriptedTeam:
         n_actions = EnvConfig().team(self.team).n_actions if n_actions is None else n_actions
         self.n_actions = whole_number("n_actions", n_actions, 4)  # scripts use all four moves
         self.in_turns = plain(in_turns)
+        self._n_opponents: int | None = None  # any number
         self._memories = Memories(self.team == "prey")
 
     def reset(self, seed: int | None = None) -> None:
@@ -142,7 +146,7 @@ class ScriptedTeam:
 
         Raises :class:`ValueError` if it cannot play that team in that world.
         """
-        _, n_opponents, n_actions = env.team(team)
+        _, n_opponents, n_actions, _ = env.team(team)
         if self.team != team:
             raise ValueError(f"expected {team}, got {self.script}, a script of {self.team}")
         if self.n_actions != n_actions:
@@ -155,9 +159,17 @@ class ScriptedTeam:
     @classmethod
     def of(cls, script: str, team: TeamName, env: EnvConfig) -> ScriptedTeam:
         """Make the scripted team for a world."""
-        return cls(script, team, env.team(team).n_actions, in_turns=env.move_order == "prey_first")
+        made = cls(script, team, env.team(team).n_actions, in_turns=env.move_order == "prey_first")
+        made._n_opponents = env.team(team).n_opponents
+        return made
 
     def _choose(self, agent: str, seen: np.ndarray) -> int:
-        script = Script(NUMBERS[self.script], len(seen) // 2, self.n_actions, self.in_turns)
+        n_opponents = len(seen) // 2 if self._n_opponents is None else self._n_opponents
+        if len(seen) != 2 * n_opponents:
+            raise ValueError(
+                f"{self.script} must observe the offsets to {n_opponents} opponents, {2 * n_opponents} numbers, got "
+                f"{len(seen)}: give it env.observe_as(policy.sight)"
+            )
+        script = Script(NUMBERS[self.script], n_opponents, self.n_actions, self.in_turns)
         number = agent_number(agent)
         return int(_act(script, number, np.ascontiguousarray(seen, np.float32), self._memories.of(number)))

@@ -28,10 +28,15 @@ class World(NamedTuple):
 
 
 @rule
+def step_of(action: Value) -> tuple[Value, Value]:
+    """Return an action's move along x and along y: 0 east, 1 west, 2 north, 3 south, 4 idle."""
+    return where(action == 0, 1, where(action == 1, -1, 0)), where(action == 2, 1, where(action == 3, -1, 0))
+
+
+@rule
 def target(world: World, agent: int, action: Value, size: int) -> tuple[Value, Value]:
-    """Return the cell ``(x, y)`` that an action leads to: 0 east, 1 west, 2 north, 3 south, 4 idle."""
-    east_west = where(action == 0, 1, where(action == 1, -1, 0))
-    north_south = where(action == 2, 1, where(action == 3, -1, 0))
+    """Return the cell ``(x, y)`` that an action leads to."""
+    east_west, north_south = step_of(action)
     return wrap(load(world.x, agent) + east_west, size), wrap(load(world.y, agent) + north_south, size)
 
 
@@ -122,6 +127,19 @@ def take_turn(world: World, actions: IntegerRows, turn: int, rules: Rules) -> No
         prey_turn(world, actions, rules)
     elif turn == PREDATORS:
         predators_turn(world, actions, rules)
+
+
+@rule
+def remember_moves(actions: IntegerRows, turn: int, rules: Rules, moved: IntegerRows) -> None:
+    """Write the actions of those that move in a turn to ``moved``, which holds the last action of every agent.
+
+    That of a caught prey means nothing. Before the first move it is :data:`~predprey_env.config.IDLE`.
+    """
+    first = rules.n_predators if turn == PREY else 0
+    last = rules.n_predators if turn == PREDATORS else rules.n_predators + rules.n_prey
+    if turn != NOBODY:
+        for agent in range(first, last):
+            store(moved, agent, load(actions, agent))
 
 
 @rule

@@ -13,6 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv, PredPreyVectorEnv, TeamView
+from predprey_env.config import SIGHT
 from predprey_env.rules.dynamics import World
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ st.register_type_strategy(
             "credit": st.sampled_from(["team", "individual"]),
             "prey_fitness": st.sampled_from(["lifespan", "complementary"]),
             "reward": st.sampled_from(["terminal", "dense"]),
+            **{name: st.booleans() for name in sorted(SIGHT)},
         }
     ).map(lambda fields: EnvConfig(**fields)),
 )

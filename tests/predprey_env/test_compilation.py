@@ -22,6 +22,7 @@ from numba.core import caching
 from numba.core.registry import CPUDispatcher
 
 from predprey_env import EnvConfig
+from predprey_env.config import TEAMS
 from predprey_env.envs.parallel import _advance
 from predprey_env.jit import compilation
 from predprey_env.policies.protocol import MEMORY, _begin
@@ -314,13 +315,14 @@ def test_compiled_rules_equal_their_python_source(config: EnvConfig, seed: int) 
     random = np.random.default_rng(seed)
     x, y = draw_starts(random, 1, config)[0].T.copy()
     worlds = [World(x.copy(), y.copy(), np.ones(config.n_prey, np.int32)) for _ in range(2)]
-    seen = np.empty((2, 4 * config.n_predators * config.n_prey), np.float32)
+    seen = np.empty((2, sum(shape.n_agents * shape.n_seen for shape in map(config.team, TEAMS))), np.float32)
+    moved = np.zeros((2, config.n_agents), np.int32)
     scores = np.empty((2, config.n_agents))
     turns = [PREY, PREDATORS] * 10 if config.rules.prey_first else [EVERYBODY] * 15
     for steps, turn in enumerate([NOBODY, *turns]):
         actions = random.integers(0, 5, config.n_agents, np.int32)
-        for advance, world, view, score in zip((_advance, PYTHON), worlds, seen, scores, strict=True):
-            advance(world, actions, turn, steps, config.rules, view, score)
+        for advance, world, last, view, score in zip((_advance, PYTHON), worlds, moved, seen, scores, strict=True):
+            advance(world, last, actions, turn, steps, config.rules, view, score)
         compiled, python = worlds
         assert all(rows.tobytes() == others.tobytes() for rows, others in zip(compiled, python, strict=True))
         assert seen[0].tobytes() == seen[1].tobytes()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from predprey_env import EnvConfig
-from predprey_env.config import PAYOFF, SHAPES, Rules
+from predprey_env.config import PAYOFF, SHAPES, Rules, Sight
 from predprey_env.settings import Settings
 
 
@@ -166,7 +166,7 @@ def test_the_defaults_are_the_papers_world() -> None:
 
 
 def test_compiled_code_reads_every_switch() -> None:
-    assert EnvConfig().rules == Rules(3, 2, 100, 150, False, False, 0, False, False)
+    assert EnvConfig().rules == Rules(3, 2, 100, 150, False, False, 0, False, False, Sight())
     other = EnvConfig(
         n_predators=1,
         n_prey=4,
@@ -177,8 +177,9 @@ def test_compiled_code_reads_every_switch() -> None:
         closeness="nearest",
         credit="individual",
         prey_fitness="complementary",
+        see_nearest_first=True,
     )
-    assert other.rules == Rules(1, 4, 7, 9, True, True, 2, True, True)
+    assert other.rules == Rules(1, 4, 7, 9, True, True, 2, True, True, Sight(nearest_first=True))
     assert EnvConfig(closeness="all").rules.closeness == 1
 
 

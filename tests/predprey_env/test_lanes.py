@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from numba import njit
 
 from predprey_env import EnvConfig
+from predprey_env.config import TEAMS
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.lanes import LANES, any_of, load, store, where
-from predprey_env.rules.dynamics import World, count_alive, predators_turn, prey_turn, step
+from predprey_env.rules.dynamics import EVERYBODY, World, count_alive, predators_turn, prey_turn, remember_moves, step
 from predprey_env.rules.observation import observe
 from predprey_env.rules.starts import draw_starts
 
@@ -181,16 +182,17 @@ def test_a_number_is_stored_in_every_lane(dtype) -> None:
 
 
 @entry_point
-def _play(world: World, actions: Any, rules: Rules, seen: Any, free: Any) -> None:
+def _play(world: World, actions: Any, rules: Rules, moved: Any, seen: Any, free: Any) -> None:
     """One step of a world or of a block of worlds; all views and the number of free prey after it."""
     if rules.prey_first:
         prey_turn(world, actions, rules)
         predators_turn(world, actions, rules)
     else:
         step(world, actions, rules)
+    remember_moves(actions, EVERYBODY, rules, moved)
     row = 0
     for agent in range(rules.n_predators + rules.n_prey):
-        row = observe(world, agent, rules, seen, row)
+        row = observe(world, moved, agent, rules, rules.sight, seen, row)
     store(free, 0, count_alive(world, rules))
 
 
@@ -204,15 +206,16 @@ def test_a_block_of_worlds_plays_like_each_of_them_alone(move_order, swap_captur
     x, y = np.ascontiguousarray(draw_starts(random, LANES, config).transpose(2, 1, 0))
     block = World(x, y, random.integers(0, 2, (n_prey, LANES), np.int32))
     alone = [World(*(rows[:, lane].copy() for rows in block)) for lane in range(LANES)]
-    n_seen = 4 * config.n_predators * n_prey
+    n_seen = sum(shape.n_agents * shape.n_seen for shape in map(config.team, TEAMS))
+    moved, moved_alone = np.zeros((config.n_agents, LANES), np.int32), np.zeros(config.n_agents, np.int32)
     seen, seen_alone = np.empty((n_seen, LANES), np.float32), np.empty(n_seen, np.float32)
     free, free_alone = np.empty((1, LANES), np.int32), np.empty(1, np.int32)
 
     for _ in range(12):
         actions = random.integers(0, 5, (config.n_agents, LANES), np.int32)
-        _play(block, actions, config.rules, seen, free)
+        _play(block, actions, config.rules, moved, seen, free)
         for lane, world in enumerate(alone):
-            _play(world, actions[:, lane].copy(), config.rules, seen_alone, free_alone)
+            _play(world, actions[:, lane].copy(), config.rules, moved_alone, seen_alone, free_alone)
             assert all(rows[:, lane].tobytes() == row.tobytes() for rows, row in zip(block, world, strict=True))
             assert seen[:, lane].tobytes() == seen_alone.tobytes()
             assert free[0, lane] == free_alone[0]

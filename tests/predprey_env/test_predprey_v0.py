@@ -15,7 +15,7 @@ import pytest
 
 import predprey_env
 from predprey_env import EnvConfig, PredPreyEnv, parallel_vector_env, predprey_v0, team_view, vector_env
-from predprey_env.config import MOVES, EnvParameters
+from predprey_env.config import MOVES, SIGHT, EnvParameters
 from predprey_env.envs.parallel import RENDER_MODES
 
 DOC = inspect.getdoc(predprey_v0)
@@ -123,6 +123,7 @@ def test_every_parameter_reaches_the_world() -> None:
         "credit": "individual",
         "prey_fitness": "complementary",
         "reward": "dense",
+        **dict.fromkeys(SIGHT, True),
     }
     assert set(changed) == set(EnvConfig.model_fields)
     assert not changed.items() & EnvConfig().model_dump().items()

@@ -17,7 +17,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from predprey_env import EnvConfig, PredPreyEnv, TeamView, team_view
 from predprey_env.agents import PREFIXES, other_team
-from predprey_env.config import TEAMS, TeamName
+from predprey_env.config import TEAMS, Sight, TeamName
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 
 TINY = {"n_predators": 2, "size": 5, "max_cycles": 30}
@@ -39,21 +39,24 @@ class ByHand:
         self.views, infos = self.env.reset(seed=seed)
         self.opponent.reset(int(self.env.np_random.integers(2**31)))
         if self.in_turns and self.team == "predators":  # the prey have the first move
-            self.views, *_, infos = self.env.step(self.opponent.act(self.views))
+            self.views, *_, infos = self.env.step(self.answer())
         return self.own(self.views), self.own(infos)
 
     def step(self, actions: dict[str, int]) -> tuple[Any, ...]:
         if not self.in_turns:
-            self.views, *rest = self.env.step(actions | self.opponent.act(self.views))
+            self.views, *rest = self.env.step(actions | self.answer())
             return tuple(self.own(part) for part in (self.views, *rest))
         ours = self.env.step(actions)
-        left = {agent: view for agent, view in ours[0].items() if agent in self.env.agents}
-        theirs = self.env.step(self.opponent.act(left)) if left else ({},) * 5
+        theirs = self.env.step(self.answer()) if self.env.agents else ({},) * 5
         self.views = theirs[0]
         # Of who is there no more, the first turn says the last word.
         merged = [{**first, **second} for first, second in zip(ours, theirs, strict=True)]
         merged[1] = {agent: reward + theirs[1].get(agent, 0) for agent, reward in ours[1].items()}
         return tuple(self.own(part) for part in merged)
+
+    def answer(self) -> dict[str, int]:
+        """The script's actions, for what scripts observe in any world."""
+        return self.opponent.act(self.env.observe_as(Sight()))
 
     def own(self, part: dict[str, Any]) -> dict[str, Any]:
         return {agent: value for agent, value in part.items() if agent.startswith(PREFIXES[self.team])}

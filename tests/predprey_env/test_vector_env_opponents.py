@@ -15,7 +15,7 @@ from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from predprey_env import EnvConfig, PredPreyVectorEnv
 from predprey_env.agents import other_team
-from predprey_env.config import TEAMS, TeamName
+from predprey_env.config import PLAIN_SIGHT, TEAMS, Sight, TeamName
 from predprey_env.envs.worlds import move_opponents
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store
@@ -46,11 +46,10 @@ def agree(singles: Singles, config: EnvConfig, team: TeamName, many: Any, one: C
 # -- compiled -----------------------------------------------------------------------------------------------------
 
 
-def evolved(team: TeamName, controller: str = "split") -> Team:
+def evolved(team: TeamName, controller: str = "split", sight: Sight = PLAIN_SIGHT) -> Team:
     shape, side = SMALL.team(team), SideConfig(controller=controller)
-    made = make_controller(
-        side, offset_wiring(side, shape.n_opponents, shape.n_agents), shape.n_actions, shape.n_agents
-    )
+    wiring = offset_wiring(side, shape.n_opponents, shape.n_agents, sight)
+    made = make_controller(side, wiring, shape.n_actions, shape.n_agents, sight)
     genomes = np.random.default_rng(3).normal(size=(shape.n_agents // made.n_together, *made.shape))
     return Team(team, side, made, genomes.astype(np.float32))
 
@@ -63,6 +62,24 @@ def test_an_evolved_team_plays_in_compiled_code_as_it_does_when_asked(
 ) -> None:
     opponent = evolved(other_team(team), controller)
     agree(singles, SMALL.replace(move_order=move_order), team, opponent, lambda: opponent.act)
+
+
+@ORDER
+@TEAM
+def test_an_evolved_team_sees_what_it_evolved_with_whatever_the_world_shows(
+    singles: Singles, team: TeamName, move_order: str
+) -> None:
+    world = SMALL.replace(move_order=move_order, see_moves=True, see_nearest_first=True)
+    opponent = evolved(other_team(team), sight=Sight(teammates=True, moves=True, scaled=True))
+    agree(singles, world, team, opponent, lambda: opponent)
+    agree(singles, world, team, ByHand(opponent), lambda: opponent)
+
+
+class ByHand:
+    """A policy that the vector environment knows nothing of but what it wants to see."""
+
+    def __init__(self, team: Team) -> None:
+        self.sight, self.reset, self.act = team.sight, team.reset, team.act
 
 
 class Compass(NamedTuple):

@@ -1,5 +1,7 @@
 // Matches, played in the page by the translated rules.
 
+const IDLE = 4;
+
 // Plays matches between teams, which are objects that Side.team() returns.
 class Game {
   // rules: the world in the form that compiled code reads. memory: number of memory rows of each agent.
@@ -12,7 +14,7 @@ class Game {
   // Play two teams from a start, [[x, y], ...] with the predators first.
   match(predators, prey, start) {
     const { rules, agents } = this, block = this.#begin(start), entrants = [predators, prey].map(entrant);
-    const seen = new Float32Array(2 * rules.n_predators * rules.n_prey);
+    const seen = new Float32Array(sight_rows(rules));
     const cells = [start.map((cell) => [...cell])], actions = [];
     while (!is_over(block.world, block.clock[0], rules)) {
       play_step(block, ...entrants, rules, seen);
@@ -30,6 +32,7 @@ class Game {
       clock: new Int32Array(1),
       survived: new Int32Array(rules.n_prey),
       actions: new Int32Array(agents),
+      moved: new Int32Array(agents).fill(IDLE),
       memory: new Int32Array(agents * kept),
     };
     for (let agent = 0; agent < agents; agent++) {
@@ -67,19 +70,17 @@ class Game {
   // Return the observation from which an agent chose its next action; for a central controller, that of the whole team.
   #view(match, step, agent, controller) {
     const { rules } = this, hunts = agent < rules.n_predators;
-    const world = worldAt(match.cells[step], rules);
+    const cells = match.cells[step], world = worldAt(cells, rules);
     match.caughtAt.forEach((at, j) => { world.alive[j] = at > step ? 1 : 0; });
+    const moved = Int32Array.from(step > 0 ? match.actions[step - 1] : cells.map(() => IDLE));
     if (rules.prey_first && hunts && step < match.length) { // in turns, predators see the prey's move
+      moved.set(match.actions[step].slice(rules.n_predators), rules.n_predators);
       move_prey(world, match.actions[step], rules);
       capture(world, rules);
     }
-    const seen = new Float32Array(2 * rules.n_predators * rules.n_prey);
-    if (controller.n_together === 1) {
-      observe(world, agent, rules, seen, 0);
-    } else {
-      const first = hunts ? 0 : rules.n_predators;
-      for (let each = 0, row = 0; each < controller.n_together; each++) row = observe(world, first + each, rules, seen, row);
-    }
+    const { sight, n_together } = controller, seen = new Float32Array(sight_rows(rules));
+    const together = n_together > 1, first = together ? (hunts ? 0 : rules.n_predators) : agent;
+    for (let each = 0, row = 0; each < n_together; each++) row = observe(world, moved, first + each, rules, sight, seen, row);
     return seen;
   }
 }

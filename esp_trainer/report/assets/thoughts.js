@@ -46,14 +46,23 @@ class Thoughts {
 
   #reads({ combiner, inputs }, agent, i, { controller }, caught) {
     if (combiner) return `network ${i + 1} reads the others' votes`;
-    const scale = controller.input_scale, { n_predators } = this.game.rules, hunts = agent < n_predators;
-    const whom = controller.n_together > 1 ? null : controller.wiring[i].filter((_, k) => k % 2 === 0).map((entry) => entry / 2);
-    if (!whom) return `network ${i + 1} reads what its whole team sees`;
+    if (controller.n_together > 1) return `network ${i + 1} reads what its whole team sees`;
+    const { sight, wiring } = controller, { n_predators, n_prey, size } = this.game.rules, hunts = agent < n_predators;
+    const scale = controller.input_scale * (sight.scaled ? 2 / size : 1), n_opponents = hunts ? n_prey : n_predators;
+    const n_others = n_opponents + (sight.teammates ? n_predators + n_prey - n_opponents - 1 : 0);
+    const nameOf = (each) => {
+      if (each < n_opponents && sight.nearest_first) return `opponent ${each + 1} by distance`;
+      if (each < n_opponents) return this.nameOf(hunts ? n_predators + each : each);
+      const mate = each - n_opponents + (hunts ? 0 : n_predators);
+      return this.nameOf(mate < agent ? mate : mate + 1);
+    };
+    const whom = wiring[i].filter((entry, k) => k % 2 === 0 && entry < 2 * n_others).map((entry) => entry / 2);
     const seen = whom.map((each, k) => {
       const offset = [inputs[2 * k], inputs[2 * k + 1]].map((part) => Math.round(part / scale));
-      return `${this.nameOf(hunts ? n_predators + each : each)} ${hunts && caught(each) ? "as caught" : "at"} (${offset.join(", ")})`;
+      const known = each < n_opponents && !sight.nearest_first;
+      return `${nameOf(each)} ${known && hunts && caught(each) ? "as caught" : "at"} (${offset.join(", ")})`;
     });
-    return `network ${i + 1} reads ${seen.join(", ")}`;
+    return `network ${i + 1} reads ${seen.join(", ")}${sight.moves ? ", and their last moves" : ""}`;
   }
 
   #row(name, outputs, action) {

@@ -10,6 +10,7 @@ import pytest
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.types import Controller
+from predprey_env.config import Sight
 
 KINDS = ["split", "monolithic", "combiner", "double", "pairs", "central"]
 
@@ -55,6 +56,20 @@ def test_each_kind_has_networks_for_its_own_groups_of_three_opponents(kind: str,
 )
 def test_a_single_opponent_is_seen_by_every_network(kind: str, wiring: list[list[int]]):
     assert offset_wiring(SideConfig(controller=kind), 1, n_agents=2).tolist() == wiring
+
+
+@pytest.mark.parametrize(
+    ("kind", "wiring"),
+    [
+        ("split", [[0, 1, 6, 7], [2, 3, 8, 9], [4, 5, 10, 11]]),
+        ("monolithic", [[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]]),
+        ("pairs", [[0, 1, 2, 3, 6, 7, 8, 9], [0, 1, 4, 5, 6, 7, 10, 11], [2, 3, 4, 5, 8, 9, 10, 11]]),
+        ("central", [list(range(28))]),  # with the two agents' identities
+    ],
+)
+def test_a_team_mate_that_is_seen_counts_as_an_opponent_and_moves_go_with_offsets(kind: str, wiring: list[list[int]]):
+    sight = Sight(teammates=True, moves=True, identity=True)
+    assert offset_wiring(SideConfig(controller=kind), 2, n_agents=2, sight=sight).tolist() == wiring
 
 
 def test_there_is_a_network_for_each_pair_of_opponents():

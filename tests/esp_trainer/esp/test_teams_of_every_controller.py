@@ -14,6 +14,7 @@ from esp_trainer.esp.team import Team, pick
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env import EnvConfig, TeamView, team_view, vector_env
 from predprey_env.agents import other_team
+from predprey_env.config import PLAIN_SIGHT, SIGHT, Sight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,11 +29,11 @@ ORDER = pytest.mark.parametrize("move_order", ["simultaneous", "prey_first"])
 SMALL: dict[str, Any] = {"n_predators": 3, "n_prey": 2, "size": 6, "max_cycles": 9, "reward": "dense"}
 
 
-def random_team(role: Role, kind: str, seed: int = 0, **settings: Any) -> Team:
+def random_team(role: Role, kind: str, seed: int = 0, sight: Sight = PLAIN_SIGHT, **settings: Any) -> Team:
     """A team for the small world."""
     side = SideConfig(**{"controller": kind, "n_hidden": 4, **settings})
-    n_agents, n_opponents, n_actions = EnvConfig(**SMALL).team(role)
-    controller = make_controller(side, offset_wiring(side, n_opponents, n_agents), n_actions, n_agents)
+    n_agents, n_opponents, n_actions, _ = EnvConfig(**SMALL).team(role)
+    controller = make_controller(side, offset_wiring(side, n_opponents, n_agents, sight), n_actions, n_agents, sight)
     shape = (n_agents // controller.n_together, *controller.shape)
     genomes = np.random.default_rng(seed).uniform(-6, 6, shape)
     return Team(role, side, controller, genomes.astype(np.float32))
@@ -220,7 +221,7 @@ def test_a_team_of_every_kind_comes_back_from_its_file(role: Role, kind: str, tm
     assert np.array_equal(loaded.controller.wiring, team.controller.wiring)
     assert loaded.controller._replace(wiring=team.controller.wiring) == team.controller
     generator = np.random.default_rng(2)
-    n_agents, n_opponents, _ = EnvConfig(**SMALL).team(role)
+    n_agents, n_opponents, *_ = EnvConfig(**SMALL).team(role)
     for _ in range(20):
         views = generator.integers(-3, 3, (n_agents, 2 * n_opponents)).astype(np.float32)
         seen = {f"{'predator' if role == 'predators' else 'prey'}_{i}": own for i, own in enumerate(views)}
@@ -267,3 +268,36 @@ def test_a_team_of_every_kind_can_play_every_trial_of_a_batch(kind: str):
     teams = team.as_teams(5)
     assert teams.indices.shape == (5, *team.genomes.shape[:-1])
     assert (pick(teams, np.arange(5)) == team.genomes).all()
+
+
+@KIND
+@ROLE
+def test_what_a_team_sees_comes_back_from_its_file(role: Role, kind: str, tmp_path: Path):
+    everything = Sight(*[True] * len(Sight._fields))
+    team = random_team(role, kind, sight=everything)
+    team.save(tmp_path / "team")
+    loaded = Team.load(tmp_path / "team")
+    assert loaded.sight == everything
+    assert loaded.n_opponents == EnvConfig(**SMALL).team(role).n_opponents
+    loaded.check_fits(role, EnvConfig(**SMALL))
+    loaded.check_fits(role, EnvConfig(**SMALL, **dict.fromkeys(SIGHT, True)))
+    with pytest.raises(ValueError, match=r"^this world has 4 "):
+        loaded.check_fits(role, EnvConfig(**{**SMALL, "n_prey" if role == "predators" else "n_predators": 4}))
+
+
+@pytest.mark.parametrize(
+    ("sight", "message"),
+    [
+        ({"moves": 1}, "sight must hold booleans, got {'moves': 1}"),
+        ({"smell": True}, "unexpected keyword"),
+        (3, "got 3"),
+    ],
+)
+def test_a_file_with_a_sight_that_is_none_is_refused_in_one_line(sight: Any, message: str, tmp_path: Path):
+    random_team("predators", "split").save(tmp_path / "team")
+    header, arrays = read_arrays(tmp_path / "team", "team")
+    write_arrays(tmp_path / "team", "team", header | {"sight": sight}, arrays)
+    with pytest.raises(DamagedFileError, match="is not a usable team: ") as refused:
+        Team.load(tmp_path / "team")
+    assert message in str(refused.value)
+    assert "\n" not in str(refused.value)

@@ -18,6 +18,8 @@ from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig, PredPreyEnv
+from predprey_env.config import SIGHT
+from predprey_env.envs.parallel import observed_by
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 
 if TYPE_CHECKING:
@@ -88,6 +90,17 @@ VARIANTS = {
     "drawn, central": both(choice="drawn", controller="central"),
     "drawn, combiner": both(choice="drawn", controller="combiner"),
     "one hidden neuron": both(n_hidden=1),
+    "team-mates seen": Switches({"see_teammates": True, "n_prey": 3}),
+    "moves seen": Switches({"see_moves": True}),
+    "everything seen, monolithic, in turns": Switches(
+        {**dict.fromkeys(SIGHT, True), "move_order": "prey_first"},
+        {"controller": "monolithic"},
+        {"controller": "combiner", "captured_vote": "skip"},
+    ),
+    "everything seen, central": Switches(
+        dict.fromkeys(SIGHT, True), {"controller": "central"}, {"controller": "pairs", "choice": "drawn"}
+    ),
+    "everything seen, against a script": Switches(dict.fromkeys(SIGHT, True), {}, {"policy": "flee_nearest"}),
     "wide prey": Switches({}, {}, {"n_hidden": 30}),
     "fixed prey": Switches({}, {}, {"policy": "flee_nearest"}),
     "fixed prey first": Switches({"move_order": "prey_first"}, {}, {"policy": "flee_nearest"}),
@@ -113,8 +126,10 @@ def walk(
     prey.reset(seed)
     path, caught_at, actions, calls = [cells()], [0] * n_prey, [], 0
     while env.agents:
-        views = {agent: seen for agent, seen in observations.items() if infos[agent]["in_turn"]}
-        chosen = predators.act(views) | prey.act(views)
+        chosen = {}
+        for player in (predators, prey):
+            seen = observed_by(player, env, observations)
+            chosen |= player.act({agent: view for agent, view in seen.items() if infos[agent]["in_turn"]})
         observations, *_, infos = env.step(chosen)
         actions.append(chosen)
         calls += 1

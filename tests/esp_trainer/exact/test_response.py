@@ -205,6 +205,24 @@ def test_scripts_do_in_every_state_what_they_do_in_the_environment() -> None:
         chances(ScriptedTeams("run_straight"), "prey", config)
 
 
+def test_policies_are_asked_with_what_they_see() -> None:
+    world = EnvConfig(size=3, n_prey=1, see_teammates=True, see_nearest_first=True)
+    plain = EnvConfig(size=3, n_prey=1)
+    for script in ("greedy_chase", "random"):
+        same = (chances(ScriptedTeams(script), "predators", config) for config in (plain, world))
+        assert np.array_equal(*same)
+    assert views(world, "predators", world.sight).shape == (729, 3, 6)
+    east_of_first = views(world, "predators", world.sight)[:, 0, 2] == 1  # predator_1, seen by predator_0
+    assert east_of_first.mean() == pytest.approx(1 / 3)
+
+
+def test_a_policy_that_sees_the_last_moves_cannot_be_solved_for() -> None:
+    with pytest.raises(PolicyError, match=r"^a policy that observes the last moves cannot be solved for: "):
+        chances(
+            lambda observations: dict.fromkeys(observations, 0), "prey", EnvConfig(size=3, n_prey=1, see_moves=True)
+        )
+
+
 class Moody:
     """Does something else each time."""
 

@@ -70,6 +70,10 @@ CONFIGS |= {
     for script in SCRIPTS["predators"]
     for order in ("simultaneous", "prey_first")
 }
+CONFIGS |= {
+    "everything seen": sides(see_teammates=True, see_moves=True, see_identity=True, see_nearest_first=True),
+    "seen in turns": sides(SideConfig(controller="central"), see_moves=True, see_scaled=True, move_order="prey_first"),
+}
 CONFIGS |= {script: sides(prey=SideConfig(policy=script)) for script in SCRIPTS["prey"]}  # type: ignore[arg-type]
 CONFIGS |= {
     controller: sides(
@@ -91,7 +95,7 @@ def played_here(history: History, generation: int, starts: np.ndarray) -> tuple[
     return trace.cells[:, 0], paths, captured
 
 
-QUICK = ("paper-3v2", "in turns", "flee_nearest", "central")
+QUICK = ("paper-3v2", "in turns", "flee_nearest", "central", "everything seen")
 """One of each kind of world and player: the others are slow."""
 
 
