@@ -32,9 +32,11 @@ from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
 from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, sees_team, sight_of
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
+from predprey_env.tasks import DEFAULT_OPPONENTS, TASKS
 
 __all__ = [
     "SCRIPTS",
+    "TASKS",
     "EnvConfig",
     "JointTeam",
     "OpponentPool",
@@ -58,15 +60,17 @@ __all__ = [
 ]
 __version__ = "0.1.0"
 
-if hasattr(pettingzoo, "register"):  # from PettingZoo 1.27 on
-    pettingzoo.register("parallel", "predprey-v0", "predprey_env.predprey_v0:parallel_env")
-    pettingzoo.register("aec", "predprey-v0", "predprey_env.predprey_v0:env")
-
-for _team, _name, _opponent in (("predators", "Predators", "flee_nearest"), ("prey", "Prey", "surround")):
-    gymnasium.register(
-        f"predprey/{_name}-v0",
-        entry_point="predprey_env.envs.joint:joint_env",
-        vector_entry_point="predprey_env.envs.vector:registered",
-        kwargs={"team": _team, "opponent": _opponent},
-    )
-del _team, _name, _opponent
+for _task in (None, *TASKS):
+    _prefix = "" if _task is None else f"{_task}-"
+    if hasattr(pettingzoo, "register"):  # from PettingZoo 1.27 on
+        for _api, _maker in (("parallel", "parallel_env"), ("aec", "env")):
+            _entry = f"predprey_env.predprey_v0:{_maker}"
+            pettingzoo.register(_api, f"predprey-{_prefix}v0", _entry, kwargs={"task": _task})
+    for _team in DEFAULT_OPPONENTS:
+        gymnasium.register(
+            f"predprey/{_prefix.capitalize()}{_team.capitalize()}-v0",
+            entry_point="predprey_env.envs.joint:joint_env",
+            vector_entry_point="predprey_env.envs.vector:vector_env",
+            kwargs={"team": _team, "task": _task},
+        )
+del _task, _prefix, _team

@@ -30,9 +30,14 @@ caught prey is (0, 0).
 |----------------|-------------------------------------|-----------------------------------------|
 | `2 i, 2 i + 1` | offset (x, y) to `prey_i`, in cells | offset (x, y) to `predator_i`, in cells |
 
-Options whose names begin with `see_` change this. The whole observation, in this order:
+The state, for centralised critics, holds all columns, all rows, which prey are free, and the fraction of the time limit
+that has passed.
 
-| Part      | Present with    | Entries                                                                              |
+#### With options
+
+Options whose names begin with `see_` add to the observation. In this order it then holds:
+
+| Part      | Present with    | Numbers                                                                              |
 |-----------|-----------------|--------------------------------------------------------------------------------------|
 | offsets   | always          | (x, y) to each opponent, then with `see_teammates` to each team-mate                 |
 | moves     | `see_moves`     | last move (x, y) of each of these agents, -1, 0 or 1; 0 before the first             |
@@ -41,9 +46,6 @@ Options whose names begin with `see_` change this. The whole observation, in thi
 Opponents are in order of their index, or with `see_nearest_first` of their distance. With `see_scaled` offsets are divided
 by `size / 2`. In turns, predators see the move that the prey have just made. Scripts and evolved teams see in every world
 what they were made for, so any of them can be the opponent of agents that see more or less.
-
-The state, for centralised critics, holds all columns, all rows, which prey are free, and the fraction of the time limit
-that has passed.
 
 ### Action space
 
@@ -127,20 +129,28 @@ from pydantic.fields import FieldInfo
 from predprey_env.config import EnvConfig, EnvParameters
 from predprey_env.envs.parallel import PredPreyEnv
 from predprey_env.settings import spell_out, unknown_field
+from predprey_env.tasks import TASKS, world
 
 __all__ = ["env", "parallel_env", "raw_env"]
 
 
 @spell_out(EnvConfig)
 def parallel_env(
-    *, render_mode: Literal["human", "ansi", "rgb_array"] | None = None, **parameters: Unpack[EnvParameters]
+    *,
+    task: str | None = None,
+    render_mode: Literal["human", "ansi", "rgb_array"] | None = None,
+    **parameters: Unpack[EnvParameters],
 ) -> PredPreyEnv:
-    """Return the environment with PettingZoo's parallel API; the parameters are explained in :class:`EnvConfig`."""
+    """Return the environment with PettingZoo's parallel API; the parameters are explained in :class:`EnvConfig`.
+
+    With a ``task``, a name in :data:`predprey_env.TASKS`, they change the world of the task.
+    """
     _check_names("parallel_env", parameters)
-    return PredPreyEnv(EnvConfig(**parameters), render_mode)
+    return PredPreyEnv(world(task, parameters), render_mode)
 
 
 class _Parameters(EnvParameters, total=False):
+    task: str | None
     render_mode: Literal["human", "ansi", "rgb_array"] | None
 
 
@@ -198,6 +208,7 @@ _ARGUMENTS = f"""\
 | Argument | Default | Values | Meaning |
 |----------|---------|--------|---------|
 {chr(10).join(_row(name, field) for name, field in EnvConfig.model_fields.items())}
+| `task` | `None` | {", ".join(f'`"{name}"`' for name in TASKS)} | Named world that the other arguments change. |
 | `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: no rendering. `"human"`: a window. \
 `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |"""
 

@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from predprey_env.envs.fixed import read_only
 from predprey_env.envs.options import Options, read_options
-from predprey_env.envs.vector import PredPreyVectorEnv
+from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
 from predprey_env.policies.pool import Opponents
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import brief, whole_number
@@ -29,15 +29,24 @@ class SB3VecEnv(VecEnv):
     another mode, or if it is in a Gymnasium wrapper and has another mode, which the wrapper may have read.
 
     Args:
-        env: The vector environment.
+        env: A vector environment, or the name of a task (:data:`predprey_env.TASKS`) from which to make one:
+            ``SB3VecEnv("pond", num_envs=64)``.
         pictured_worlds: Number of worlds that videos show, where the environment has ``render_mode="rgb_array"``.
+        making: With the name of a task, the arguments of :func:`predprey_env.vector_env`: ``num_envs``, ``team``,
+            ``opponent`` and others.
     """
 
     opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
     """Policy that plays the other team, or all policies of a pool."""
 
-    def __init__(self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray], pictured_worlds: int = 1) -> None:
+    def __init__(
+        self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray] | str, pictured_worlds: int = 1, **making: Any
+    ) -> None:
         self._pictured_worlds = whole_number("pictured_worlds", pictured_worlds, 1)
+        if isinstance(env, str):
+            env = vector_env(task=env, **making)
+        elif making:
+            raise ValueError(f"{', '.join(making)} can be given only with the name of a task, not with an environment")
         worlds = getattr(env, "unwrapped", None)
         if not isinstance(worlds, PredPreyVectorEnv):
             raise ValueError(f"env must be a vector environment: call vector_env(...), got {type(env).__name__}")

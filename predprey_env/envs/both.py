@@ -14,12 +14,14 @@ from predprey_env.agents import PREFIXES, check_agents
 from predprey_env.config import TEAMS, EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import TeamRows, team_rows
 from predprey_env.envs.fixed import read_only
+from predprey_env.envs.inputs import read_n_worlds
 from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.envs.worlds import count, judge, look, make_counts, make_results, move_team, move_told
 from predprey_env.settings import spell_out
+from predprey_env.tasks import world
 
 ByAgent: TypeAlias = dict[str, np.ndarray]
 """An array for each agent, whose first axis is the worlds."""
@@ -28,9 +30,11 @@ Infos: TypeAlias = dict[str, dict[str, np.ndarray]]
 
 @spell_out(EnvConfig)
 def parallel_vector_env(
-    n_worlds: int,
+    n_worlds: int | None = None,
     autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
     *,
+    num_envs: int | None = None,
+    task: str | None = None,
     render_mode: str | None = None,
     follow: int | None = None,
     **parameters: Unpack[EnvParameters],
@@ -39,6 +43,8 @@ def parallel_vector_env(
 
     Args:
         n_worlds: Number of worlds.
+        num_envs: Another name for ``n_worlds``.
+        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`. The
             default is what AgileRL's vector environments do: a world starts again in the step in which it ends.
         render_mode: ``"rgb_array"`` to let ``render()`` return pictures; needs the extra ``render``.
@@ -47,7 +53,7 @@ def parallel_vector_env(
             agents must move at once (``"simultaneous"``).
     """
     pictured = Pictured(render_mode, follow)
-    return ParallelVectorEnv(EnvConfig(**parameters), n_worlds, autoreset_mode, pictured)
+    return ParallelVectorEnv(world(task, parameters), read_n_worlds(n_worlds, num_envs), autoreset_mode, pictured)
 
 
 class ParallelVectorEnv(ManyWorlds):

@@ -27,6 +27,15 @@ def read_mode(given: AutoresetMode | str) -> AutoresetMode:
     return mode
 
 
+def read_n_worlds(n_worlds: int | None, num_envs: int | None) -> int:
+    """Return the number of worlds, which has two names."""
+    given = [number for number in (n_worlds, num_envs) if number is not None]
+    if len(given) != 1:
+        got = "neither" if not given else f"{n_worlds!r} and {num_envs!r}"
+        raise ValueError(f"n_worlds must be given, or under its other name num_envs, got {got}")
+    return given[0]
+
+
 def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> np.ndarray:
     """Return an action for each row as int32 ``(n_worlds, n_agents)``."""
     shape = (n_worlds * n_agents,)

@@ -11,8 +11,7 @@ from gymnasium.spaces import Box, MultiDiscrete
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Configured, read_only
 from predprey_env.envs.options import Options
-from predprey_env.envs.parallel import PredPreyEnv
-from predprey_env.envs.team import TeamView
+from predprey_env.envs.team import TeamView, team_view
 from predprey_env.policies.pool import Opponents
 from predprey_env.settings import spell_out
 
@@ -21,7 +20,12 @@ Info: TypeAlias = dict[str, Any]
 
 @spell_out(EnvConfig)
 def joint_env(
-    team: TeamName, opponent: Opponents, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
+    team: TeamName,
+    opponent: Opponents | None = None,
+    render_mode: str | None = None,
+    *,
+    task: str | None = None,
+    **parameters: Unpack[EnvParameters],
 ) -> JointTeam:
     """Return an environment in which one agent plays a whole team.
 
@@ -29,9 +33,10 @@ def joint_env(
         team: ``"predators"`` or ``"prey"``.
         opponent: Policy of the other team, or a pool, as in :func:`predprey_env.team_view`.
         render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
+        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """
-    return JointTeam(TeamView(PredPreyEnv(EnvConfig(**parameters), render_mode), team, opponent))
+    return JointTeam(team_view(team, opponent, render_mode, task=task, **parameters))
 
 
 class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):

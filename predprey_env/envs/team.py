@@ -19,11 +19,17 @@ from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import spell_out
+from predprey_env.tasks import or_default, world
 
 
 @spell_out(EnvConfig)
 def team_view(
-    team: TeamName, opponent: Opponents, render_mode: str | None = None, **parameters: Unpack[EnvParameters]
+    team: TeamName,
+    opponent: Opponents | None = None,
+    render_mode: str | None = None,
+    *,
+    task: str | None = None,
+    **parameters: Unpack[EnvParameters],
 ) -> TeamView:
     """Return a parallel environment that holds the agents of one team; all of them have the same spaces.
 
@@ -34,11 +40,13 @@ def team_view(
             actions, by agent. The environment plays its own copy of a policy, because a policy may have memory; what
             the policy learns later, the copy does not. A function (a bound method, for example) and a policy with
             ``act_batch`` have no memory: they are called themselves, in their current state, at each step. Of a list,
-            or a :class:`predprey_env.OpponentPool`, each episode samples one; the infos say which, as ``opponent``.
+            or a :class:`predprey_env.OpponentPool`, each episode samples one; the infos say which, as ``opponent``. By
+            default it is a script (:data:`predprey_env.tasks.DEFAULT_OPPONENTS`).
         render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
+        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
         parameters: The fields of :class:`predprey_env.EnvConfig`.
     """
-    return TeamView(PredPreyEnv(EnvConfig(**parameters), render_mode), team, opponent)
+    return TeamView(PredPreyEnv(world(task, parameters), render_mode), team, or_default(opponent, team))
 
 
 class TeamView(Opposed, ParallelEnv[str, Observation, int]):

@@ -15,7 +15,7 @@ from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
-from predprey_env.envs.inputs import read_actions
+from predprey_env.envs.inputs import read_actions, read_n_worlds
 from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
@@ -38,17 +38,20 @@ from predprey_env.policies.opponents import draw_seed
 from predprey_env.policies.outside import Seat, seat
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
 from predprey_env.settings import spell_out
+from predprey_env.tasks import or_default, world
 
 Infos = dict[str, Any]
 
 
 @spell_out(EnvConfig)
 def vector_env(
-    n_worlds: int,
-    team: TeamName,
-    opponent: Opponents,
+    n_worlds: int | None = None,
+    team: TeamName = "predators",
+    opponent: Opponents | None = None,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     *,
+    num_envs: int | None = None,
+    task: str | None = None,
     render_mode: str | None = None,
     follow: int | None = None,
     **parameters: Unpack[EnvParameters],
@@ -61,19 +64,18 @@ def vector_env(
         opponent: Policy of the other team, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in
             compiled code. A policy with ``act_batch`` is asked about all worlds in one call, and reset when all worlds
             start at once. Of any other policy each world has its own copy, asked one by one. A function is called for
-            each world. Of a list, or a :class:`predprey_env.OpponentPool`, each world samples one in each episode.
+            each world. Of a list, or a :class:`predprey_env.OpponentPool`, each world samples one in each episode. By
+            default it is a script (:data:`predprey_env.tasks.DEFAULT_OPPONENTS`).
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
+        num_envs: Another name for ``n_worlds``.
+        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
         render_mode: ``"rgb_array"`` to let ``render()`` return pictures; needs the extra ``render``.
         follow: Cells across pictures that follow the chase; by default pictures show the whole world.
         parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
     """
     pictured = Pictured(render_mode, follow)
-    return PredPreyVectorEnv(EnvConfig(**parameters), n_worlds, team, opponent, autoreset_mode, pictured)
-
-
-def registered(num_envs: int = 1, **options: Any) -> PredPreyVectorEnv:
-    """Return a :func:`vector_env` of ``num_envs`` worlds, for :func:`gymnasium.make_vec`."""
-    return vector_env(num_envs, **options)
+    n, config = read_n_worlds(n_worlds, num_envs), world(task, parameters)
+    return PredPreyVectorEnv(config, n, team, or_default(opponent, team), autoreset_mode, pictured)
 
 
 class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):  # type: ignore[misc] # np_random is read-only

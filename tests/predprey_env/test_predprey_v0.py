@@ -37,8 +37,8 @@ PARAMETERS = inspect.signature(predprey_v0.parallel_env).parameters
 
 
 def test_the_parameters_are_those_of_env_config_with_their_defaults() -> None:
-    assert list(PARAMETERS) == [*EnvConfig.model_fields, "render_mode"]
-    defaults = {name: parameter.default for name, parameter in PARAMETERS.items() if name != "render_mode"}
+    assert list(PARAMETERS) == [*EnvConfig.model_fields, "task", "render_mode"]
+    defaults = {name: PARAMETERS[name].default for name in EnvConfig.model_fields}
     assert defaults == EnvConfig().model_dump()
     assert {parameter.kind for parameter in PARAMETERS.values()} == {inspect.Parameter.KEYWORD_ONLY}
     assert PARAMETERS["render_mode"].default is None
