@@ -5,10 +5,17 @@ from __future__ import annotations
 import difflib
 
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from esp_trainer.tasks import TASKS
 from predprey_env.config import EnvConfig
 
 _ONE_PREY = EnvConfig(n_prey=1)
-_OWN_REWARD = EnvConfig(credit="individual")  # each predator is paid for its own distance
+
+
+def _own_reward(task: str) -> EnvConfig:
+    """Return the world of a task in which each predator is paid for its own distance."""
+    return TASKS[task].replace(credit="individual")
+
+
 _MONOLITHIC = SideConfig(controller="monolithic")
 _SCALED = SideConfig(input_scale=0.2)
 _DRAWN = SideConfig(output="linear", choice="drawn")
@@ -39,12 +46,17 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
     ),
     "race-3v2": (
         "the same with two prey on the paper's torus, where the prey win after some 500 generations; not proved yet",
-        _RACE.replace(env=_OWN_REWARD),
+        _RACE.replace(env=_own_reward("3v2")),
     ),
-    "race-3v2-40": (
+    "race-steppe": (
         "recommended with two prey: 40 x 40 cells, where the lead changes (docs/race-protocol.md)",
-        _RACE.replace(generations=800, env=_OWN_REWARD.replace(size=40)),
+        _RACE.replace(generations=800, env=_own_reward("steppe")),
     ),
+    "race-meadow": (
+        "the same on 30 x 30 cells: three minutes",
+        _RACE.replace(generations=500, env=_own_reward("meadow")),
+    ),
+    "race-pond": ("one prey on 20 x 20 cells: one minute", _RACE.replace(generations=500, env=TASKS["pond"])),
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
     "paper-3v1": (
         "three predators and one prey with a network for each predator (section VI.B)",
@@ -118,11 +130,18 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
 }
 """Name -> description and config."""
 
+_FORMER = {"race-3v2-40": "race-steppe"}
+
 
 def preset(name: str) -> RunConfig:
-    """Return the config of a preset. :class:`ValueError` for an unknown name suggests the nearest one."""
+    """Return the config of a preset, or of the one that is recommended for a task.
+
+    :class:`ValueError` for an unknown name suggests the nearest one.
+    """
+    name = _FORMER.get(name, f"race-{name}" if name in TASKS else name)
     if name not in PRESETS:
-        near = difflib.get_close_matches(name, PRESETS, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(PRESETS)}"
+        known = [*PRESETS, *TASKS]
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
         raise ValueError(f"unknown preset {name}; {hint}")
     return PRESETS[name][1].replace(preset=name)

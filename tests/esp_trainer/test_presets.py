@@ -9,6 +9,7 @@ import pytest
 from esp_trainer.coevolution.sides import side_controller
 from esp_trainer.config import EspConfig, RunConfig
 from esp_trainer.presets import PRESETS, preset
+from esp_trainer.tasks import TASKS
 from predprey_env import EnvConfig
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ BESIDE = ["matched-3v2", "matched-3v1", "combiner-3v2", "combiner-3v1", "fleeing
 """What takes the paper's systems apart, puts them together further, or is compared with them."""
 MODERN = ["modern-3v2", "modern-3v1"]
 DRAWN = ["drawn-3v2", "drawn-3v1"]
-RACE = ["race-3v1", "race-3v2", "race-3v2-40"]
+RACE = ["race-3v1", "race-3v2", "race-steppe", "race-meadow", "race-pond"]
 
 
 def n_genes(name: str, role: Role) -> int:
@@ -43,6 +44,11 @@ def test_every_preset_can_be_made_and_says_what_it_is(name: str):
     description = PRESETS[name][0]
     assert len(description) > 20
     assert "\n" not in description
+
+
+def test_a_task_is_a_name_of_its_recommended_preset():
+    assert {task: preset(task) for task in TASKS} == {task: preset(f"race-{task}") for task in TASKS}
+    assert preset("race-3v2-40") == preset("steppe")  # its name until 0.1
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -73,14 +79,13 @@ def test_modern_is_the_papers_setting_without_past_mates_and_with_scaled_offsets
 
 @pytest.mark.parametrize("name", RACE)
 def test_the_race_has_the_papers_networks_trials_and_operators_and_comes_first(name: str):
-    config, paper = preset(name), preset(name.replace("race", "paper").removesuffix("-40"))
-    assert name in list(PRESETS)[:3]
-    assert ("recommended" in PRESETS[name][0]) == (name != "race-3v2")
+    config, task = preset(name), name.removeprefix("race-")
+    paper = preset("paper-3v1" if TASKS[task].n_prey == 1 else "paper-3v2")
+    assert name in list(PRESETS)[:5]
+    assert ("recommended" in PRESETS[name][0]) == (name in ("race-3v1", "race-steppe"))
     assert config.predators == paper.predators.replace(bias=True)
     assert config.prey == paper.prey.replace(bias=True, input_scale=0.2)
-    assert config.env == paper.env.replace(
-        credit="team" if name == "race-3v1" else "individual", size=40 if name == "race-3v2-40" else 100
-    )
+    assert config.env == TASKS[task].replace(credit="team" if TASKS[task].n_prey == 1 else "individual")
     kept = ("subpopulation_size", "n_trials", "n_episodes", "elite_share", "mate", "mutation_rate", "mutation_scale")
     assert all(getattr(config.esp, field) == getattr(paper.esp, field) for field in kept)
 
