@@ -1,19 +1,21 @@
 """Make the zoo of evolved teams that ships with the package, ``esp_trainer/teams/zoo``.
 
-For both tasks it evolves the race presets and the presets of the first zoo: the paper's, and those whose prey
-(``modern``) and predators (``drawn``) stood highest against held-out opponents in ``docs/reproduction.md``. No
-study of this project uses their seeds, except that two runs of ``race-3v2`` (500 and 501) were explored in
-``docs/race-protocol.md``. Of each third of each run it keeps the champion of each side that does best
-against the other runs, and then plays all against all, scripts too. Teams of the seeds in ``HELD_OUT`` are for
-reporting only. It takes more than an hour on two cores, and resumes where it was stopped.
+For each task it evolves the race preset. The paper's worlds have teams of the first zoo too, of three presets: the
+paper's, and those whose prey (``modern``) and predators (``drawn``) stood highest against held-out opponents in
+``docs/reproduction.md``. No study of this project uses their seeds, except that two runs of ``race-3v2`` (500
+and 501) were explored in ``docs/race-protocol.md``. Of each third of each run it keeps the champion of each
+side that does best against the other runs, and then plays all against all, scripts too. Teams of the seeds in
+``HELD_OUT`` are for reporting only. It takes more than an hour on two cores, and resumes where it was stopped.
 
     python scripts/make_zoo.py
+    python scripts/make_zoo.py --tasks pond  # only this task's teams; the others stay as they are
     python scripts/make_zoo.py --quick --out runs/zoo  # small and meaningless, to see that it works
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import subprocess
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -32,6 +34,7 @@ from esp_trainer.analysis.ratings import rate
 from esp_trainer.cores import cores
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import SCHEMA, digest_of, to_json, write, write_arrays
+from esp_trainer.presets import PRESETS
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
 from esp_trainer.tasks import TASKS
@@ -41,8 +44,9 @@ from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
-PRESETS = (*FIRST, "race")
-GENERATIONS = {"race-3v2": 600}
+KINDS = (*FIRST, "race")
+"""Presets, without the task."""
+GENERATIONS = {"race-3v2": 600, "race-steppe": 500}
 """Generations of a run where they are not the preset's. Later prey of ``race-3v2`` are hardly ever caught."""
 SEEDS = (500, 501, 502)
 HELD_OUT = (900, 901, 902)
@@ -112,27 +116,36 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
     parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/zoo, or runs/zoo-quick")
     parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+    parser.add_argument("--tasks", nargs="+", choices=TASKS, default=list(TASKS), help="only the teams of these tasks")
     options = parser.parse_args()
     kept = options.runs or Path("runs/zoo-quick" if options.quick else "runs/zoo")
-    runs = evolve(kept, options.quick, options.workers)
-    entries: list[dict[str, Any]] = []
-    for task in TASKS:
+    runs = evolve(options.tasks, kept, options.quick, options.workers)
+    entries = [] if len(options.tasks) == len(TASKS) else others(options.out, options.tasks)
+    for task in options.tasks:
         chosen = choose([run for run in runs if run.task == task])
         entries += keep(task, chosen, options.out, 16 if options.quick else EPISODES)
-    matrices = {task: digest_of(matrix_file(options.out, task)) for task in TASKS}
+    matrices = {
+        task: digest_of(matrix_file(options.out, task)) for task in sorted({entry["task"] for entry in entries})
+    }
     about = {"schema": SCHEMA, "made_by": "python scripts/make_zoo.py", "commit": commit(), "versions": versions()}
     write(options.out / "index.json", to_json({**about, "matrices": matrices, "teams": entries}))
     print(f"{options.out}: {len(entries)} teams")
 
 
-def evolve(kept: Path, quick: bool, workers: int) -> list[Run]:
+def others(place: Path, tasks: list[str]) -> list[dict[str, Any]]:
+    """Return the entries of the zoo that is there, without those of some tasks."""
+    return [entry for entry in json.loads((place / "index.json").read_bytes())["teams"] if entry["task"] not in tasks]
+
+
+def evolve(tasks: list[str], kept: Path, quick: bool, workers: int) -> list[Run]:
     """Return every run, evolved on one core each, or read from the directory ``kept``."""
     todo = [
         (task, seed, small(config) if quick else config)
-        for task in TASKS
-        for name in PRESETS
+        for task in tasks
+        for kind in KINDS
+        if f"{kind}-{task}" in PRESETS
         for seed in (*SEEDS, *HELD_OUT)
-        for config in [_configured(f"{name}-{task}", seed)]
+        for config in [_configured(f"{kind}-{task}", seed)]
     ]
     kept.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
@@ -169,7 +182,8 @@ def choose(runs: list[Run]) -> list[Chosen]:
 
     Each kind is chosen by itself, so the first zoo is what it was before there were race presets.
     """
-    return [chosen for is_first in (True, False) for chosen in _best([run for run in runs if run.is_first is is_first])]
+    kinds = ([run for run in runs if run.is_first is is_first] for is_first in (True, False))
+    return [chosen for same in kinds if same for chosen in _best(same)]
 
 
 def _best(runs: list[Run]) -> list[Chosen]:

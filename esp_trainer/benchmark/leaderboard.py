@@ -77,10 +77,11 @@ def _is_row(line: str) -> bool:
 def _row(result: BenchmarkResult) -> str:
     standing = result.standing
     assert standing is not None
-    (held_out, worst), (older, _), (zoo, _), (scripts, _) = (standing.generalist[part] for part in PARTS)
+    held_out, older, zoo, scripts = (standing.generalist.get(part) for part in PARTS)
+    worst = held_out and (held_out[1],)
     cells = [
         result.name,
-        *(f"{score:.3f}" for score in (held_out, worst, older, zoo, scripts)),
+        *("-" if score is None else f"{score[0]:.3f}" for score in (held_out, worst, older, zoo, scripts)),
         in_points(standing.rating),
         f"{standing.gain:+z.3f}",
         f"{standing.exploited:z.3f}",

@@ -188,5 +188,7 @@ def test_an_unknown_preset_is_refused_with_the_nearest_name():
 
 
 def test_an_unknown_preset_without_a_near_name_is_refused_with_all_names():
-    with pytest.raises(ValueError, match=r"^unknown preset xyz; there are race-3v1, .*, smoke, pond, meadow, steppe, 3v1, 3v2$"):
+    with pytest.raises(
+        ValueError, match=r"^unknown preset xyz; there are race-3v1, .*, smoke, pond, meadow, steppe, 3v1, 3v2$"
+    ):
         preset("xyz")
