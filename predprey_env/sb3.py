@@ -123,11 +123,13 @@ class SB3VecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call the environment's method once, and return its result for each row.
+        """Call the environment's method once, and return its result for each row; of ``action_masks`` the row's own.
 
         Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
         """
         rows = self._all_rows(indices)
+        if method_name == "action_masks":
+            return [*self._worlds.action_masks()]
         return [getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)] * len(rows)
 
     def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:  # noqa: ARG002

@@ -16,6 +16,7 @@ from predprey_env.engine import TeamRows, team_rows
 from predprey_env.envs.fixed import read_only
 from predprey_env.envs.inputs import read_n_worlds
 from predprey_env.envs.many import ManyWorlds
+from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.spaces import action_space, observation_space, state_space
@@ -64,7 +65,8 @@ class ParallelVectorEnv(ManyWorlds):
     state of each world for centralised critics. All agents of a world end together; after the end, worlds start again
     as in :class:`predprey_env.PredPreyVectorEnv`.
 
-    Infos hold, for each agent, ``captured``, ``n_captured`` and ``steps``, int64 ``(n_worlds,)``. With
+    Infos hold, for each agent, ``captured``, ``n_captured`` and ``steps``, int64 ``(n_worlds,)``, and with
+    ``action_masks=True`` ``action_mask``, int8 ``(n_worlds, n_actions)``. With
     ``AutoresetMode.SAME_STEP``, in a step in which a world ended they also hold ``final_obs``, the observation before
     any reset, and ``_final_obs``, bool ``(n_worlds,)``, which marks the worlds that ended. :attr:`final_state` is the
     state before any reset.
@@ -217,6 +219,10 @@ class ParallelVectorEnv(ManyWorlds):
             count(self._worlds, rows, self._rules, counts)
             for i, agent in enumerate(self._names[team]):
                 infos[agent] = {name: array[:, i] for name, array in counts._asdict().items()}
+                if self.config.action_masks:
+                    infos[agent]["action_mask"] = action_mask(
+                        infos[agent]["captured"] == 0, self._shapes[team].n_actions
+                    )
         return infos
 
     def _by_agent(self, array: np.ndarray) -> ByAgent:

@@ -10,6 +10,7 @@ from gymnasium.spaces import Box, MultiDiscrete
 
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Configured, read_only
+from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.policies.pool import Opponents
@@ -58,6 +59,7 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
         space, choices = view.observation_space(first), view.action_space(first)
         self.observation_space = Box(np.tile(space.low, n_agents), np.tile(space.high, n_agents), dtype=np.float32)
         self.action_space = MultiDiscrete([int(choices.n)] * n_agents)
+        self._infos: dict[str, Info] = {agent: {"captured": 0} for agent in view.possible_agents}
         self.metadata = {**view.metadata, "name": "predprey_joint_v0"}
         self.render_mode = view.render_mode
 
@@ -89,6 +91,7 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(self, *, seed: int | None = None, options: Options | None = None) -> tuple[np.ndarray, Info]:
         """Start an episode; see :meth:`predprey_env.TeamView.reset`."""
         observations, infos = self._view.reset(seed, options)
+        self._infos = infos
         return self._together(observations), self._info(infos)
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
@@ -103,7 +106,15 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
         observations, rewards, terminations, truncations, infos = told
         reward = float(np.mean(list(rewards.values())))
         ended = any(terminations.values()), any(truncations.values())
+        self._infos = infos
         return self._together(observations), reward, *ended, self._info(infos)
+
+    def action_masks(self) -> np.ndarray:
+        """Return which actions of each agent count, one agent after the other, bool ``(n_agents * n_actions,)``; for
+        sb3-contrib's ``MaskablePPO``.
+        """
+        acts = np.array([not self._infos[agent]["captured"] for agent in self._view.possible_agents])
+        return action_mask(acts, self._config.team(self._view.team).n_actions).ravel().astype(np.bool_)
 
     def render(self) -> Any:
         """Render the world; see :meth:`predprey_env.PredPreyEnv.render`."""

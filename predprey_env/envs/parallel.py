@@ -14,6 +14,7 @@ from predprey_env.agents import PREFIXES, check_agents, read_action
 from predprey_env.config import IDLE, TEAMS, EnvConfig, Rules, Sight
 from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
+from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.extras import require_pygame
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 RENDER_MODES = ("human", "ansi", "rgb_array")
 
 Observation = np.ndarray
-Info = dict[str, float]
+Info = dict[str, Any]
 Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
@@ -311,7 +312,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
 
     def _infos(self, agents: list[str]) -> dict[str, Info]:
         n_captured, steps, in_turn = self._alive.count(0), self._steps, self._in_turn[self._turn]
-        return {
+        infos: dict[str, Info] = {
             agent: {
                 "captured": self._captured(agent),
                 "n_captured": n_captured,
@@ -321,6 +322,11 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
             }
             for agent, i in self._rows(agents)
         }
+        if self._config.action_masks:
+            for agent, info in infos.items():
+                acts = bool(info["in_turn"]) and not info["captured"]
+                info["action_mask"] = action_mask(acts, self._n_actions[self._index[agent]])
+        return infos
 
 
 def observed_by(

@@ -17,6 +17,7 @@ from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.inputs import read_actions, read_n_worlds
 from predprey_env.envs.many import ManyWorlds
+from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.spaces import action_space, observation_space
@@ -89,7 +90,8 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     Infos are arrays with a number for each row: ``captured`` (of the agent itself), ``n_captured`` and ``steps``, and
     with several opponents ``opponent``, the index of the one that plays in the row's world. With
     ``AutoresetMode.SAME_STEP``, ``final_obs`` holds each row's observation before any reset, from which to bootstrap
-    values where ``truncated`` is set, and ``final_info`` holds the infos from before any reset.
+    values where ``truncated`` is set, and ``final_info`` holds the infos from before any reset. With
+    ``action_masks=True``, ``action_mask`` is int8 ``(num_envs, n_actions)``.
     """
 
     team: TeamName = read_only("team")
@@ -187,6 +189,11 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         rewards, terminated, truncated = (array.ravel() for array in results)
         return observations, rewards, terminated, truncated, infos
 
+    def action_masks(self) -> np.ndarray:
+        """Return which actions of each row count, bool ``(num_envs, n_actions)``; for sb3-contrib's ``MaskablePPO``."""
+        mask: np.ndarray = action_mask(self._count()["captured"] == 0, int(self.single_action_space.n))
+        return mask.astype(np.bool_)
+
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:
         """Leave all worlds as they were if an opponent outside compiled code fails."""
@@ -278,6 +285,8 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         counts = make_counts(self.n_worlds, self._rows)
         count(self._worlds, self._rows, self._rules, counts)
         infos: Infos = {name: array.ravel() for name, array in counts._asdict().items()}
+        if self.config.action_masks:
+            infos["action_mask"] = action_mask(infos["captured"] == 0, int(self.single_action_space.n))
         if len(self._seats) > 1:
             infos["opponent"] = np.repeat(self._members().astype(np.int64), self._rows.n_agents)
         return infos | {f"_{name}": self._all_rows for name in infos}
