@@ -21,6 +21,14 @@ class SideConfig(Settings):
     policy: Literal["esp", PredatorScript, PreyScript] = "esp"
     """Policy of the side: `esp` evolves it; predators or prey may instead follow one of their scripts."""
 
+    algorithm: str = "esp"
+    """Algorithm that evolves the side: `esp`, the paper's; `cosyne`, which has a subpopulation for each gene; `ga`, a
+    genetic algorithm on whole teams; `openai_es` and `cma_es`, evolution strategies; or one of your own, as
+    `module:Class`. Those parameters of `esp` count that it has a meaning for."""
+
+    algorithm_options: dict[str, bool | int | float | str] = Field(default={})
+    """Options of the algorithm, by name."""
+
     controller: Literal["split", "monolithic", "combiner", "double", "pairs", "central"] = "split"
     """Networks of each agent. `split`: one for each opponent, outputs summed per action (section VI). `monolithic`: one
     that sees all opponents. `combiner`: one for each opponent, and a further network that reads their outputs and

@@ -2,10 +2,11 @@
 
 Run: `python examples/own_selection.py`. It takes 4 CPU-seconds, and 50 more the first time, to compile. It prints
 
-    Subpopulations: the champions catch 0.09 of the prey at first, 0.60 in the last ones
-    Tournament    : the champions catch 0.09 of the prey at first, 0.54 in the last ones
+    esp                : the champions catch 0.09 of the prey at first, 0.60 in the last ones
+    __main__:Tournament: the champions catch 0.09 of the prey at first, 0.54 in the last ones
 
-One seed shows no difference that counts; run several.
+One seed shows no difference that counts; run several. From the command line, with the class in `my_module.py`:
+`esp-trainer train 3v1 --predators.algorithm my_module:Tournament`.
 """
 
 import sys
@@ -46,13 +47,10 @@ class Tournament(Subpopulations):
             genes[:] = children
 
 
-config = preset("paper-3v1").with_fields(FIELDS)
-evaluator = FusedEvaluator(config.env)
-for scheme in (Subpopulations, Tournament):
-    sides = new_sides(config)
-    before = sides["predators"].subpopulations
-    sides["predators"].subpopulations = scheme(config.esp, before.controller, before.genomes)
-    run = Coevolution(config, sides, evaluator)
+evaluator = FusedEvaluator(preset("paper-3v1").env)
+for algorithm in ("esp", f"{__name__}:Tournament"):
+    config = preset("paper-3v1").with_fields(FIELDS | {"predators.algorithm": algorithm})
+    run = Coevolution(config, new_sides(config), evaluator)
     caught = [run.step(number).held_out.caught.rate for number in range(N_GENERATIONS)]
     first, last = caught[0], np.mean(caught[-5:])
-    print(f"{scheme.__name__:14}: the champions catch {first:.2f} of the prey at first, {last:.2f} in the last ones")
+    print(f"{algorithm:19}: the champions catch {first:.2f} of the prey at first, {last:.2f} in the last ones")

@@ -63,7 +63,7 @@ def main() -> None:
 def evolve(condition: Condition, generations: int, seed: int) -> tuple[float, float, float]:
     """Return the signal of selection early and late, and the mean squared distance of the genes in the end."""
     config = EspConfig(**{"hof_mates": 0, **condition.esp})
-    population = Subpopulations.random(config, CONTROLLER, N_AGENTS, np.random.default_rng(seed))
+    population = Subpopulations.start(config, CONTROLLER, N_AGENTS, np.random.default_rng(seed))
     target = np.random.default_rng(1000 + seed).normal(0, 4, NO_CHAMPIONS.shape[1:])[:, :, :, None]
     signals = []
     for number in range(generations):

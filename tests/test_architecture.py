@@ -17,9 +17,10 @@ ROOT = Path(__file__).parent.parent
 # A module may import what stands before it, and its own layer.
 LAYERS = [
     ["types"],
-    ["config", "cores", "seeding", "statistics", "files", "tasks"],
-    ["presets"],
+    ["config", "cores", "seeding", "statistics", "files", "tasks", "plugins"],
+    ["presets", "algorithm"],
     ["esp"],
+    ["algorithms"],
     ["teams"],
     ["coevolution"],
     ["run"],
@@ -33,7 +34,7 @@ RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
 SEES_THE_WORLD = {"evaluation", "analysis", "exact", "benchmark", "report", "cli"}
-NOT_THE_WORLD = {"config", "extras", "settings", "agents", "jit", "policies"}
+NOT_THE_WORLD = {"config", "extras", "settings", "agents", "jit", "policies", "tasks"}
 
 # Likewise for the environment: each room may import those before it.
 ROOMS = [
@@ -44,6 +45,7 @@ ROOMS = [
     "jit",
     "rules",
     "policies",
+    "tasks",
     "engine",
     "rendering",
     "envs",

@@ -51,7 +51,8 @@ def _check_fits(path: Path, history: History, config: RunConfig) -> None:
     """Raise :class:`ValueError` unless the teams of a run can be opponents in a run with this config."""
 
     def needed(of: RunConfig) -> dict[str, Any]:
-        sides: dict[str, Any] = {role: side_config(of, role).model_dump() for role in history.champions}
+        bred = {"algorithm", "algorithm_options"}  # of no matter to who plays
+        sides: dict[str, Any] = {role: side_config(of, role).model_dump(exclude=bred) for role in history.champions}
         return {"env": world_of(of.env), "sight": of.env.sight._asdict(), **sides}
 
     different = difference(needed(history.config), needed(config))

@@ -16,9 +16,7 @@ Stable-Baselines3 is unpickled, which can execute whatever its author put there.
 
 from __future__ import annotations
 
-import importlib
 import inspect
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -28,6 +26,7 @@ from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
 from esp_trainer.benchmark.match import Challenger
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError, digest_of
+from esp_trainer.plugins import import_here
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.agents import other_team
@@ -151,11 +150,8 @@ _KINDS = {"sb3": _sb3, "torch": _torch}
 
 
 def _module(name: str) -> ModuleType:
-    here = str(Path.cwd())  # importable, as with `python -m`
-    if here not in sys.path:
-        sys.path.insert(0, here)
     try:
-        return importlib.import_module(name)
+        return import_here(name)
     except (Exception, SystemExit) as error:
         raise PolicyError(f"{name} cannot be imported: {_line(error)}") from error
 

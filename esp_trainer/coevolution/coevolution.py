@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from esp_trainer.algorithm import Algorithm, Spread
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.coevolution.episodes import play
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
@@ -18,7 +19,6 @@ from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
 from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, summarise
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.signal import Signal, ties
-from esp_trainer.esp.subpopulations import Spread, Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import (
@@ -40,7 +40,7 @@ class Generation:
     trials: dict[Role, Trials]
     champions: dict[Role, Champion]
     spreads: dict[Role, Spread]
-    """Diversity and scale of the genes in the subpopulations that the teams were sampled from."""
+    """Diversity and scale of the genes that the teams were sampled from."""
     signals: dict[Role, Signal]
     """Signal of each side's selection."""
     held_out: Captures
@@ -96,7 +96,7 @@ class Coevolution:
         This object does not change until the caller sets :attr:`sides`, so a generation that fails can be played again.
         """
         begun = perf_counter()
-        populations = {role: deepcopy(side.subpopulations) for role, side in self.evolving.items()}
+        populations = {role: deepcopy(side.algorithm) for role, side in self.evolving.items()}
         asked = {role: each.ask(self._stream(f"{role} ask", number)) for role, each in populations.items()}
         asked_at = perf_counter()
         parts = self._play_trials(asked, number)
@@ -114,8 +114,7 @@ class Coevolution:
         sides, signals = self.sides.copy(), {}
         for role, population in populations.items():
             before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
-            share: float | None = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
-            # A user's own algorithm may return None instead of its signal.
+            share = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
             signals[role] = Signal(float("nan") if share is None else share, ties(trials[role].fitness))
             fame = fames[role].with_champion(champions[role].genomes)
             if role in exploiters:
@@ -180,7 +179,7 @@ class Coevolution:
         generator = self._stream(f"{role} opponents", number)
         shape = -(-n_trials // esp.block_size), n_each
         chosen = by_block(CHOICES[esp.past_choice](other.hall_of_fame, shape, generator), esp.block_size, n_trials)
-        opponents = past_teams(other.subpopulations.controller, other.hall_of_fame, chosen.ravel())
+        opponents = past_teams(other.algorithm.controller, other.hall_of_fame, chosen.ravel())
         # With a champion for each episode, each episode is a trial of its own for the evaluator.
         apart = starts.reshape(n_trials * n_each, -1, *starts.shape[2:])
         result = play(self.evaluator, self._batch({role: teams.repeated(n_each), other_team(role): opponents}, apart))
@@ -213,19 +212,19 @@ class Coevolution:
         other = self.evolving[other_team(role)]
         generator = self._stream(f"{role} candidates' opponents", number)
         chosen = CHOICES[self.config.esp.past_choice](other.hall_of_fame, (n,), generator)
-        return past_teams(other.subpopulations.controller, other.hall_of_fame, chosen)
+        return past_teams(other.algorithm.controller, other.hall_of_fame, chosen)
 
     def _bred(
         self,
         before: EvolvingSide,
-        population: Subpopulations,
+        population: Algorithm,
         fame: HallOfFame,
         champion: Champion,
         generator: np.random.Generator,
     ) -> EvolvingSide:
         """Return a side after its generation.
 
-        Its subpopulations start again around the champion if none has scored higher for ``burst_after`` generations.
+        It starts again around the champion if none has scored higher for ``burst_after`` generations.
         """
         best, stagnant = before.best, before.stagnant + 1
         if champion.score > best:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from inspect import signature
 from typing import TypeAlias
 
 import numpy as np
 
+from esp_trainer.algorithm import Algorithm
+from esp_trainer.algorithms.registry import algorithm_class
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
-from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, Controller, Fixed, Role, ScriptedTeams
 
 
 @dataclass
 class EvolvingSide:
-    """Subpopulations, their champions so far, and the generations since the best score."""
+    """What breeds a side's teams, their champions so far, and the generations since the best score."""
 
-    subpopulations: Subpopulations
+    algorithm: Algorithm
     hall_of_fame: HallOfFame
     best: float = -np.inf
     """Highest score of a champion since the last burst."""
@@ -53,8 +55,27 @@ def _new_side(config: RunConfig, role: Role, league: League) -> Side:
     if policy != "esp":
         return ScriptedTeams(policy)
     controller = side_controller(config, role)
-    n_agents = config.env.team(role).n_agents
-    generator = stream(config.seed, f"initial {role}")
-    population = Subpopulations.random(config.esp, controller, n_agents, generator)
-    nobody = np.empty((0, len(population.genomes), *controller.shape), np.float32)
-    return EvolvingSide(population, HallOfFame(nobody, config.esp.hof_size, guests=league.genomes.get(role)))
+    n_genomes = config.env.team(role).n_agents // controller.n_together
+    algorithm = _started(config, role, controller, n_genomes)
+    nobody = np.empty((0, n_genomes, *controller.shape), np.float32)
+    return EvolvingSide(algorithm, HallOfFame(nobody, config.esp.hof_size, guests=league.genomes.get(role)))
+
+
+def _started(config: RunConfig, role: Role, controller: Controller, n_genomes: int) -> Algorithm:
+    """Return the algorithm of a side before the first generation.
+
+    Raises :class:`ValueError` if there is none of its name, or if it does not take its options.
+    """
+    settings, generator = side_config(config, role), stream(config.seed, f"initial {role}")
+    name, options = settings.algorithm, settings.algorithm_options
+    try:
+        kind = algorithm_class(name)
+        try:
+            signature(kind.start).bind(config.esp, controller, n_genomes, generator, **options)
+            return kind.start(config.esp, controller, n_genomes, generator, **options)
+        except TypeError as error:
+            if not options:
+                raise
+            raise ValueError(f"algorithm {name} does not take these options: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{role}: {error}") from None

@@ -7,10 +7,11 @@ part in a trial share the team's fitness.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
 
 import numpy as np
 
+from esp_trainer.algorithm import Spread, restored
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.esp.estimates import Estimates
@@ -18,22 +19,13 @@ from esp_trainer.esp.signal import Variance
 from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
 
 
-class Spread(NamedTuple):
-    """Diversity and scale of the genes that the networks of a side read."""
-
-    diversity: float
-    """Standard deviation of a gene over the neurons of a subpopulation, mean over genes and subpopulations."""
-    scale: float
-    """Mean absolute value of a gene."""
-
-
 class Subpopulations:
-    """The evolving subpopulations of one side, with an ask/tell interface.
+    """The evolving subpopulations of one side: the :class:`~esp_trainer.algorithms.Algorithm` ``esp``.
 
     Args:
         config: Parameters of ESP.
         controller: The networks of each agent.
-        genomes: float32 ``(n_agents, n_networks, n_hidden, subpopulation_size, n_genes)``; see :meth:`random`.
+        genomes: float32 ``(n_agents, n_networks, n_hidden, subpopulation_size, n_genes)``; see :meth:`start`.
         estimates: Estimates of the neurons from earlier generations; by default empty.
     """
 
@@ -52,12 +44,12 @@ class Subpopulations:
         self._asked: np.ndarray | None = None
 
     @classmethod
-    def random(
-        cls, config: EspConfig, controller: Controller, n_agents: int, generator: np.random.Generator
+    def start(
+        cls, config: EspConfig, controller: Controller, n_genomes: int, generator: np.random.Generator
     ) -> Subpopulations:
         """Return subpopulations with uniform random genes."""
         n_networks, n_hidden, n_genes = controller.shape
-        shape = (n_agents // controller.n_together, n_networks, n_hidden, config.subpopulation_size, n_genes)
+        shape = (n_genomes, n_networks, n_hidden, config.subpopulation_size, n_genes)
         genes = np.empty(shape, np.float32)
         for genome in genes:  # one at a time: sampling takes float64, twice the memory
             genome[:] = generator.uniform(-config.init_range, config.init_range, genome.shape)
@@ -143,8 +135,20 @@ class Subpopulations:
         if config.memory:
             self.estimates = self.estimates.without(places)
 
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the genes, and with ``memory`` the estimates."""
+        remembered = {"totals": self.estimates.totals, "trials": self.estimates.trials} if self.config.memory else {}
+        return {"genomes": self.genomes, **remembered}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take on the genes, and with ``memory`` the estimates."""
+        self.genomes = restored(state, "genomes", self.genomes)
+        if self.config.memory:
+            like = self.estimates
+            self.estimates = Estimates(restored(state, "totals", like.totals), restored(state, "trials", like.trials))
+
     def spread(self) -> Spread:
-        """Return the diversity and the scale of the genes."""
+        """Return the diversity, mean over subpopulations, and the scale of the genes that networks read."""
         n_neurons = self.config.subpopulation_size
         share = np.full(n_neurons, 1 / n_neurons)  # dot products with it are means, and much faster than mean()
         deviations, sizes = [], []

@@ -19,7 +19,7 @@ from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, TeamBatch, TrialBatch, TrialResult
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
-from predprey_env.envs.parallel import observed_by
+from predprey_env.envs.team import observed_by
 from predprey_env.policies import Policy, ScriptedTeam
 
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.algorithm import Algorithm
+from esp_trainer.algorithms.registry import algorithm_name
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides, side_config
 from esp_trainer.config import RunConfig
-from esp_trainer.esp.estimates import Estimates
-from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import Role, ScriptedTeams
 
@@ -27,15 +27,13 @@ class OtherConfigError(ValueError):
     """A checkpoint was written with another config."""
 
 
-_ESP = "esp"
-
-
 def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], generations: int) -> None:
     """Write the state after a number of generations."""
-    arrays, progress = {}, {}
+    arrays: dict[str, np.ndarray] = {}
+    progress: dict[str, Any] = {}
     for role, side in sides.items():
         if isinstance(side, EvolvingSide):
-            arrays[f"{role}.genomes"] = side.subpopulations.genomes
+            arrays |= {f"{role}.{name}": array for name, array in side.algorithm.state().items()}
             fame, n_guests = side.hall_of_fame, len(side.hall_of_fame.guests)
             arrays[f"{role}.hall_of_fame"] = fame.champions
             arrays[f"{role}.met"] = fame.met[n_guests:]
@@ -43,9 +41,6 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
                 arrays[f"{role}.guests"] = fame.guests
             if n_guests:
                 arrays[f"{role}.guests_met"] = fame.met[:n_guests]
-            if config.esp.memory:
-                arrays[f"{role}.totals"] = side.subpopulations.estimates.totals
-                arrays[f"{role}.trials"] = side.subpopulations.estimates.trials
             best = side.best if np.isfinite(side.best) else None
             progress[role] = {"best": best, "stagnant": side.stagnant}
     algorithms = {role: _algorithm(side) for role, side in sides.items()}
@@ -101,22 +96,27 @@ def _usable(path: Path) -> Iterator[None]:
 def check_algorithms(path: Path, config: RunConfig) -> None:
     """Raise :class:`ValueError` if another algorithm than the config names bred or played a side of a checkpoint."""
     for role, saved in read_arrays(path, "checkpoint")[0].get("algorithms", {}).items():
-        ours = side_config(config, role).policy
+        ours = _configured(config, role)
         if saved != ours:
             raise ValueError(f"{path}: the {role} come from {saved}, and resume can go on with {ours} only")
 
 
 def follow_from(config: RunConfig, sides: dict[Role, Side]) -> bool:
     """Return whether the config alone determines who breeds or plays the sides."""
-    return all(_algorithm(side) == side_config(config, role).policy for role, side in sides.items())
+    return all(_algorithm(side) == _configured(config, role) for role, side in sides.items())
+
+
+def _configured(config: RunConfig, role: Role) -> str:
+    """Return the name of the algorithm that breeds a side, or of the script that plays it, by the config."""
+    settings = side_config(config, role)
+    return settings.algorithm if settings.policy == "esp" else settings.policy
 
 
 def _algorithm(side: Side) -> str:
-    """Return the name of the algorithm that breeds or plays a side: ``esp``, a script, or a user's class."""
+    """Return the name of what breeds or plays a side: an algorithm, a script, or a user's class."""
     if isinstance(side, ScriptedTeams):
         return side.script
-    kind = type(side.subpopulations) if isinstance(side, EvolvingSide) else type(side)
-    return _ESP if kind is Subpopulations else f"{kind.__module__}.{kind.__qualname__}"
+    return algorithm_name(side.algorithm if isinstance(side, EvolvingSide) else side)
 
 
 def _restore(
@@ -130,8 +130,8 @@ def _restore(
     for role, side in sides.items():
         if not isinstance(side, EvolvingSide):
             continue
-        population, genomes, fame = side.subpopulations, arrays[f"{role}.genomes"], arrays[f"{role}.hall_of_fame"]
-        _check(f"{role}.genomes", genomes, population.genomes.shape)
+        fame = arrays[f"{role}.hall_of_fame"]
+        _restore_algorithm(side.algorithm, role, arrays)
         kept, size = kept_generations(generations, config.esp.hof_size), config.esp.hof_size
         met = arrays.get(f"{role}.met", np.zeros((len(fame), 2)))  # older checkpoints have none
         _check(f"{role}.met", met, (len(fame), 2), np.float64)
@@ -145,9 +145,8 @@ def _restore(
         guests_met = arrays[f"{role}.guests_met"] if len(guests) else np.zeros((0, 2))
         _check(f"{role}.guests_met", guests_met, (len(guests), 2), np.float64)
         best = progress[role]["best"]
-        estimates = _estimates(role, arrays, population.estimates) if config.esp.memory else None
         sides[role] = EvolvingSide(
-            Subpopulations(population.config, population.controller, genomes.copy(), estimates),
+            side.algorithm,
             HallOfFame(fame, size, generations, np.vstack([guests_met, met]), guests),
             -np.inf if best is None else float(best),
             int(progress[role]["stagnant"]),
@@ -155,11 +154,15 @@ def _restore(
     return sides
 
 
-def _estimates(role: Role, arrays: dict[str, np.ndarray], like: Estimates) -> Estimates:
-    totals, trials = arrays[f"{role}.totals"], arrays[f"{role}.trials"]
-    _check(f"{role}.totals", totals, like.totals.shape, np.float64)
-    _check(f"{role}.trials", trials, like.trials.shape, np.float64)
-    return Estimates(totals, trials)
+def _restore_algorithm(algorithm: Algorithm, role: Role, arrays: dict[str, np.ndarray]) -> None:
+    prefix = f"{role}."
+    state = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+    try:
+        algorithm.restore(state)
+    except ValueError as error:
+        raise ValueError(f"{prefix}{error}") from None
+    except KeyError as error:
+        raise KeyError(f"{prefix}{error.args[0]}") from None
 
 
 def _check(name: str, array: np.ndarray, shape: tuple[int, ...], kind: type[np.floating[Any]] = np.float32) -> None:

@@ -19,8 +19,9 @@ from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
+from predprey_env.envs.results import count, judge, make_counts, make_results
 from predprey_env.envs.spaces import action_space, observation_space, state_space
-from predprey_env.envs.worlds import count, judge, look, make_counts, make_results, move_team, move_told
+from predprey_env.envs.worlds import look, move_team, move_told
 from predprey_env.settings import spell_out
 from predprey_env.tasks import world
 

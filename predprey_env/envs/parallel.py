@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -16,12 +15,10 @@ from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options, read_options
-from predprey_env.envs.spaces import action_space, observation_space, state_space
+from predprey_env.envs.spaces import action_space, observation_slices, observation_space, state_space
 from predprey_env.extras import require_pygame
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.values import Array, FloatRows, IntegerRows
-from predprey_env.policies.opponents import sight_in
-from predprey_env.policies.protocol import Policy
 from predprey_env.rendering import text
 from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, remember_moves, take_turn
 from predprey_env.rules.fitness import fitness
@@ -71,13 +68,6 @@ def _observe_as(world: World, moved: IntegerRows, rules: Rules, sight: Sight, se
     _observe_all(world, moved, rules, sight, seen)
 
 
-def _slices(config: EnvConfig, sight: Sight) -> list[slice]:
-    """Return where each agent's observation is among those of all agents."""
-    shapes = [config.team(team) for team in TEAMS]
-    lengths = [n for shape in shapes for n in [sight.n_seen(shape.n_agents, shape.n_opponents)] * shape.n_agents]
-    return [slice(end - n, end) for end, n in zip(accumulate(lengths), lengths, strict=True)]
-
-
 class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
     """Predators and prey on a torus; :mod:`predprey_env.predprey_v0` is the specification."""
 
@@ -101,7 +91,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         self.state_space = state_space(config)
 
         self._index = {agent: i for i, agent in enumerate(self.possible_agents)}
-        self._slices = _slices(config, config.sight)
+        self._slices = observation_slices(config, config.sight)
         self._n_actions = [int(space.n) for space in self.action_spaces.values()]
         n_predators, n_prey = config.n_predators, config.n_prey
         self._in_turn = {
@@ -217,7 +207,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         """Return what the agents in the game would observe if they had another sight than the world's options say."""
         if self._world is None:
             raise RuntimeError("reset() must be called before observe_as()")
-        slices = _slices(self._config, sight)
+        slices = observation_slices(self._config, sight)
         seen = np.empty(slices[-1].stop, np.float32)
         _observe_as(self._world, self._moved, self._rules, sight, seen)
         return {agent: seen[slices[i]] for agent, i in self._rows(self.agents)}
@@ -327,13 +317,3 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
                 acts = bool(info["in_turn"]) and not info["captured"]
                 info["action_mask"] = action_mask(acts, self._n_actions[self._index[agent]])
         return infos
-
-
-def observed_by(
-    policy: Policy, env: ParallelEnv[str, Observation, int], observations: dict[str, Observation]
-) -> dict[str, Observation]:
-    """Return what a policy observes: the environment's observations, or those of the policy's own ``sight``."""
-    if not isinstance(env, PredPreyEnv):
-        return observations
-    sight = sight_in(policy, env.config)
-    return observations if sight == env.config.sight else env.observe_as(sight)

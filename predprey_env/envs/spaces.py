@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
+
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 
-from predprey_env.config import EnvConfig, TeamName
+from predprey_env.config import TEAMS, EnvConfig, Sight, TeamName
 
 
 def observation_space(config: EnvConfig, team: TeamName) -> Box:
@@ -21,6 +23,13 @@ def observation_space(config: EnvConfig, team: TeamName) -> Box:
         lowest, highest = lowest * scale, highest * scale
     low, high = np.repeat([lowest, -1, 0], lengths), np.repeat([highest, 1, 1], lengths)
     return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+
+
+def observation_slices(config: EnvConfig, sight: Sight) -> list[slice]:
+    """Return where each agent's observation is among those of all agents."""
+    shapes = [config.team(team) for team in TEAMS]
+    lengths = [n for shape in shapes for n in [sight.n_seen(shape.n_agents, shape.n_opponents)] * shape.n_agents]
+    return [slice(end - n, end) for end, n in zip(accumulate(lengths), lengths, strict=True)]
 
 
 def action_space(config: EnvConfig, team: TeamName) -> Discrete:

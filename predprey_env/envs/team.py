@@ -14,8 +14,8 @@ from predprey_env.agents import PREFIXES, check_agents, other_team, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Opposed, read_only
 from predprey_env.envs.options import Options
-from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step, observed_by
-from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy
+from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
+from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy, sight_in
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import spell_out
@@ -228,3 +228,13 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
 
     def _own(self, by_agent: dict[str, Any]) -> dict[str, Any]:
         return {agent: value for agent, value in by_agent.items() if agent in self.observation_spaces}
+
+
+def observed_by(
+    policy: Policy, env: ParallelEnv[str, Observation, int], observations: dict[str, Observation]
+) -> dict[str, Observation]:
+    """Return what a policy observes: the environment's observations, or those of the policy's own ``sight``."""
+    if not isinstance(env, PredPreyEnv):
+        return observations
+    sight = sight_in(policy, env.config)
+    return observations if sight == env.config.sight else env.observe_as(sight)

@@ -20,20 +20,9 @@ from predprey_env.envs.many import ManyWorlds
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
+from predprey_env.envs.results import count, judge, make_counts, make_results
 from predprey_env.envs.spaces import action_space, observation_space
-from predprey_env.envs.worlds import (
-    count,
-    forget,
-    judge,
-    let_member_choose,
-    look,
-    make_counts,
-    make_results,
-    move_chosen,
-    move_opponents,
-    move_team,
-    tell,
-)
+from predprey_env.envs.worlds import forget, let_member_choose, look, move_chosen, move_opponents, move_team, tell
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import draw_seed
 from predprey_env.policies.outside import Seat, seat

@@ -27,7 +27,7 @@ from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, lane_zeros, load, store, where
 from predprey_env.jit.values import Array, FloatRows, IntegerRows
 from predprey_env.policies.protocol import MEMORY, Player
-from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, count_alive, is_over
+from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, is_over
 from predprey_env.rules.observation import observe
 
 
@@ -61,28 +61,6 @@ class Scratch(NamedTuple):
     """A single world, for computing the fitness."""
 
 
-class Results(NamedTuple):
-    """Results of a step for each agent of the team: ``(n_worlds, n_agents)``."""
-
-    rewards: Array
-    """Reward: float64."""
-    terminated: Array
-    """True if all prey are caught: bool."""
-    truncated: Array
-    """True if the time is up and some prey are free: bool."""
-
-
-class Counts(NamedTuple):
-    """Infos of each agent of the team: int64 ``(n_worlds, n_agents)``."""
-
-    captured: Array
-    """1 for a caught prey, else 0."""
-    n_captured: Array
-    """Number of prey caught in the world."""
-    steps: Array
-    """Number of time steps begun."""
-
-
 def make_worlds(config: EnvConfig, n_worlds: int) -> Worlds:
     """Return the memory for ``n_worlds`` worlds; the unused lanes of the last block are computed but never read."""
     n_blocks = -(-n_worlds // LANES)
@@ -96,21 +74,12 @@ def make_scratch(config: EnvConfig) -> Scratch:
     return Scratch(make_seen(config.rules), memory, actions, make_world(config.rules))
 
 
-def make_results(n_worlds: int, team: TeamRows) -> Results:
-    """Return the arrays for the results of a step."""
-    return Results(*(np.zeros((n_worlds, team.n_agents), kind) for kind in (np.float64, np.bool_, np.bool_)))
-
-
-def make_counts(n_worlds: int, team: TeamRows) -> Counts:
-    """Return the arrays for the infos."""
-    return Counts(*np.zeros((3, n_worlds, team.n_agents), np.int64))
-
-
 # -- a block of worlds --------------------------------------------------------------------------------------------
 
 
 @rule
-def _block(worlds: Worlds, at: int) -> Block:
+def block_at(worlds: Worlds, at: int) -> Block:
+    """Return a block of worlds."""
     blocks = worlds.blocks
     world = World(blocks.world.x[at], blocks.world.y[at], blocks.world.alive[at])
     clock, survived = blocks.clock[at], blocks.survived[at]
@@ -120,7 +89,7 @@ def _block(worlds: Worlds, at: int) -> Block:
 @rule
 def _play(worlds: Worlds, at: int, turn: int, rules: Rules) -> None:
     """Play a turn, and mark the worlds that are over."""
-    block = _block(worlds, at)
+    block = block_at(worlds, at)
     advance(block, turn, rules)
     if turn != PREY:
         store(worlds.over[at], 0, where(is_over(block.world, load(block.clock, 0), rules), 1, 0))
@@ -140,7 +109,7 @@ def _choose(
 
     Elsewhere they keep their memory and their actions.
     """
-    block = _block(worlds, at)
+    block = block_at(worlds, at)
     plays = (load(worlds.over[at], 0) == 0) & (load(worlds.member[at], 0) == member)
     # A rule cannot skip single lanes: all lanes choose, then the others are restored.
     first, last = opponents.first, opponents.first + opponents.n_agents
@@ -182,7 +151,7 @@ def place(worlds: Worlds, which: Array, starts: Array, seeds: Array) -> None:
     """
     for i in range(len(which)):
         at, lane = which[i] // LANES, which[i] % LANES
-        begin(_block(worlds, at), lane, starts[i], seeds[i])
+        begin(block_at(worlds, at), lane, starts[i], seeds[i])
         worlds.over[at, 0, lane] = 0
 
 
@@ -192,7 +161,7 @@ def forget(worlds: Worlds, seeds: Array) -> None:
     ``(n_worlds,)``.
     """
     for world in range(len(seeds)):
-        reset_memory(_block(worlds, world // LANES), world % LANES, seeds[world])
+        reset_memory(block_at(worlds, world // LANES), world % LANES, seeds[world])
 
 
 @entry_point
@@ -269,7 +238,7 @@ def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scratc
 def look(worlds: Worlds, team: TeamRows, rules: Rules, sight: Sight, scratch: Scratch, views: Array) -> None:
     """Write the observations of every agent of a team to ``views``, float32 ``(n_worlds, n_agents, n_seen)``."""
     for at in range(len(worlds.over)):
-        block = _block(worlds, at)
+        block = block_at(worlds, at)
         for agent in range(team.n_agents):
             n_seen = observe(block.world, block.moved, team.first + agent, rules, sight, scratch.seen, 0)
             for lane in range(min(LANES, len(views) - at * LANES)):
@@ -284,46 +253,4 @@ def score(worlds: Worlds, rules: Rules, scratch: Scratch, which: Array, scores: 
     ``scores`` is float64 ``(n_worlds, n_agents)``.
     """
     for world in which:
-        measure(_block(worlds, world // LANES), world % LANES, rules, scratch.one, scores[world])
-
-
-@entry_point
-def judge(
-    worlds: Worlds, team: TeamRows, rules: Rules, dense: bool, scratch: Scratch, scores: Array, results: Results
-) -> None:
-    """Write the rewards and flags of a step to ``results``.
-
-    ``scores`` holds the fitness from before the step. It is updated where it counts: in worlds that are over, and in
-    all worlds if rewards are dense.
-    """
-    for world in range(len(scores)):
-        at, lane = world // LANES, world % LANES
-        over = worlds.over[at, 0, lane] != 0
-        for agent in range(team.n_agents):
-            results.rewards[world, agent] = -scores[world, team.first + agent] if dense else 0.0
-        caught_all = False
-        if dense or over:
-            measure(_block(worlds, at), lane, rules, scratch.one, scores[world])
-            caught_all = count_alive(scratch.one, rules) == 0
-            for agent in range(team.n_agents):
-                results.rewards[world, agent] += scores[world, team.first + agent]
-        for agent in range(team.n_agents):
-            results.terminated[world, agent] = over and caught_all
-            results.truncated[world, agent] = over and not caught_all
-
-
-@entry_point
-def count(worlds: Worlds, team: TeamRows, rules: Rules, counts: Counts) -> None:
-    """Write to ``counts`` which agents are caught, how many prey are, and how many steps were begun."""
-    for world in range(len(counts.steps)):
-        at, lane = world // LANES, world % LANES
-        alive = worlds.blocks.world.alive[at]
-        n_captured, begun = rules.n_prey, worlds.blocks.clock[at, 0, lane]
-        if rules.prey_first and team.first == 0 and worlds.over[at, 0, lane] == 0:
-            begun += 1  # the prey have already moved in the next step
-        for prey in range(rules.n_prey):
-            n_captured -= alive[prey, lane]
-        for agent in range(team.n_agents):
-            counts.captured[world, agent] = team.first > 0 and alive[agent, lane] == 0
-            counts.n_captured[world, agent] = n_captured
-            counts.steps[world, agent] = begun
+        measure(block_at(worlds, world // LANES), world % LANES, rules, scratch.one, scores[world])

@@ -52,7 +52,7 @@ def first_generation(config: RunConfig) -> TrialBatch:
     for role, side in new_sides(config).items():
         if not isinstance(side, EvolvingSide):
             raise ValueError(f"{role} must evolve, got a script")
-        teams[role] = side.subpopulations.draw(stream(config.seed, f"{role} ask"), esp.n_trials)
+        teams[role] = side.algorithm.draw(stream(config.seed, f"{role} ask"), esp.n_trials)
     starts = CellStarts(config.env).draw(stream(config.seed, "starts"), esp.n_trials, esp.n_episodes)
     return TrialBatch(teams["predators"], teams["prey"], starts)
 

@@ -30,7 +30,7 @@ def random_batch() -> Callable[..., TrialBatch]:
     def draw(config: RunConfig, n_trials: int, n_episodes: int = 1, seed: int = 0) -> TrialBatch:
         generator = stream(seed, "random batch")
         teams: dict[str, TeamBatch] = {
-            role: side.subpopulations.draw(generator, n_trials) if isinstance(side, EvolvingSide) else side
+            role: side.algorithm.draw(generator, n_trials) if isinstance(side, EvolvingSide) else side
             for role, side in new_sides(config.replace(seed=seed)).items()
         }
         starts = CellStarts(config.env).draw(generator, n_trials, n_episodes)

@@ -55,7 +55,7 @@ def read_team(path: Path) -> bytes:
 
 def read_checkpoint(path: Path) -> bytes:
     sides, done = load_checkpoint(path, RunDirectory(path.parent).read_config())
-    genomes = [side.subpopulations.genomes.tobytes() for side in sides.values()]  # type: ignore[union-attr]
+    genomes = [side.algorithm.genomes.tobytes() for side in sides.values()]  # type: ignore[union-attr]
     return b"".join([*genomes, str(done).encode()])
 
 

@@ -62,7 +62,7 @@ def everything(run: Coevolution, generations: list[Generation]) -> list[Any]:
     """All that came of a run but its wall time."""
     kept: list[Any] = [(g.number, g.held_out) for g in generations]
     for role, side in run.evolving.items():
-        kept += [side.subpopulations.genomes.tobytes(), side.hall_of_fame.champions.tobytes(), side.best, side.stagnant]
+        kept += [side.algorithm.genomes.tobytes(), side.hall_of_fame.champions.tobytes(), side.best, side.stagnant]
         kept += [(g.trials[role].fitness.tobytes(), g.trials[role].caught) for g in generations]
         kept += [(g.champions[role].genomes.tobytes(), g.champions[role].score) for g in generations]
     return kept
@@ -124,7 +124,7 @@ def test_a_generation_depends_on_the_sides_and_not_on_the_object_that_ran_before
     for number in range(2, 5):
         second.step(number)
     for role, side in whole.evolving.items():
-        assert second.evolving[role].subpopulations.genomes.tobytes() == side.subpopulations.genomes.tobytes()
+        assert second.evolving[role].algorithm.genomes.tobytes() == side.algorithm.genomes.tobytes()
 
 
 @pytest.mark.parametrize("pairing", PAIRINGS)
@@ -147,8 +147,8 @@ def test_no_stream_of_random_numbers_is_used_twice(pairing: str, monkeypatch: py
 def test_new_sides_have_networks_for_their_opponents_and_no_champions():
     config = small().replace(prey=SideConfig(controller="monolithic", n_hidden=7))
     sides = new_sides(config)
-    assert sides["predators"].subpopulations.genomes.shape == (3, 2, 3, 12, 2 + 5)
-    assert sides["prey"].subpopulations.genomes.shape == (2, 1, 7, 12, 6 + 4)
+    assert sides["predators"].algorithm.genomes.shape == (3, 2, 3, 12, 2 + 5)
+    assert sides["prey"].algorithm.genomes.shape == (2, 1, 7, 12, 6 + 4)
     assert all(len(side.hall_of_fame) == 0 for side in sides.values())
 
 
@@ -161,9 +161,9 @@ def test_predators_that_cannot_idle_have_four_outputs():
 def test_the_two_sides_begin_apart_and_follow_from_the_seed():
     config = small().replace(env=EnvConfig(n_predators=2, n_prey=2, predator_idle=False))
     sides, again = new_sides(config), new_sides(config)
-    genes = {role: side.subpopulations.genomes for role, side in sides.items()}
+    genes = {role: side.algorithm.genomes for role, side in sides.items()}
     assert not np.array_equal(genes["predators"], genes["prey"])
-    assert all(np.array_equal(genes[role], again[role].subpopulations.genomes) for role in genes)
+    assert all(np.array_equal(genes[role], again[role].algorithm.genomes) for role in genes)
 
 
 def test_a_scripted_side_is_a_script():
@@ -417,7 +417,7 @@ def test_hall_of_fame_mates_bring_genes_of_lost_champions_back():
         side.hall_of_fame = side.hall_of_fame.with_champion(lost)
     run.step(0)
     for side in run.evolving.values():
-        children = (side.subpopulations.genomes == 1000.0).any(axis=-1)
+        children = (side.algorithm.genomes == 1000.0).any(axis=-1)
         assert (children.sum(axis=-1) == 6).all()  # both children of the three pairs
 
 
@@ -448,7 +448,7 @@ def test_both_sides_evolve_towards_what_their_own_fitness_rewards(fake_evaluator
         assert means[-1] > -2
         scores = [generation.champions[role].score for generation in generations]
         assert scores[-1] > -1.5
-        genes = run.evolving[role].subpopulations.genomes
+        genes = run.evolving[role].algorithm.genomes
         assert abs(genes.mean() - target) < 0.3
 
 
@@ -458,7 +458,7 @@ def test_without_a_fitness_to_follow_nothing_is_learned(fake_evaluator: Any):
 
     config = small(n_episodes=1, hof_mates=0)
     run, _ = evolve(config, 10, fake_evaluator(score))
-    assert abs(run.evolving["prey"].subpopulations.genomes.mean()) < 1.5
+    assert abs(run.evolving["prey"].algorithm.genomes.mean()) < 1.5
 
 
 # -- bursts ----------------------------------------------------------------------------------------------------------
@@ -475,7 +475,7 @@ def test_a_side_starts_again_around_its_champion_once_none_was_better_for_so_lon
     for number in range(7):
         generation = run.step(number)
         for role, side in run.evolving.items():
-            first = side.subpopulations.genomes[:, :, :, 0]
+            first = side.algorithm.genomes[:, :, :, 0]
             if np.array_equal(first, generation.champions[role].genomes):
                 bursts.append((number, role))
     # Generation 0 sets the mark, 1 and 2 do not pass it; after the burst 3 sets another.

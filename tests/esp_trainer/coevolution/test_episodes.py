@@ -49,10 +49,10 @@ def test_a_fitness_that_is_not_finite_is_refused_with_whose_it_is(
     batch: str, place: tuple[int, int, int], value: float, whose: str, fake_evaluator: Any
 ):
     run = Coevolution(CONFIG, new_sides(CONFIG), fake_evaluator(spoiled(batch, place, value)))
-    before = {role: side.subpopulations.genomes.tobytes() for role, side in run.evolving.items()}
+    before = {role: side.algorithm.genomes.tobytes() for role, side in run.evolving.items()}
     with pytest.raises(ValueError, match=f"^fitness must be finite, {whose}$"):
         run.step(0)
-    assert {role: side.subpopulations.genomes.tobytes() for role, side in run.evolving.items()} == before
+    assert {role: side.algorithm.genomes.tobytes() for role, side in run.evolving.items()} == before
     assert run.done == 0
 
 

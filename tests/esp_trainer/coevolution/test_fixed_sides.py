@@ -88,7 +88,7 @@ def test_the_other_side_is_scored_against_it_and_bred(fixed: Role):
     run, generations = evolve(config, frozen(config, fixed), fixed, 3, evaluator)
     start = new_sides(config)[role]
     assert isinstance(start, EvolvingSide)
-    assert not np.array_equal(run.evolving[role].subpopulations.genomes, start.subpopulations.genomes)
+    assert not np.array_equal(run.evolving[role].algorithm.genomes, start.algorithm.genomes)
     assert len(run.evolving[role].hall_of_fame) == 3
     for number, generation in enumerate(generations):
         own = slice(0, 3) if role == "predators" else slice(3, 5)
@@ -151,7 +151,7 @@ def test_against_a_fixed_team_all_pairings_are_the_same(fixed: Role, pairing: st
     for each in ("cosample", pairing):
         config = small(pairing=each)
         run, _ = evolve(config, frozen(config, fixed), fixed, 3, FusedEvaluator(config.env, 1))
-        genomes.append(run.evolving[OTHER[fixed]].subpopulations.genomes.tobytes())
+        genomes.append(run.evolving[OTHER[fixed]].algorithm.genomes.tobytes())
     assert genomes[0] == genomes[1]
 
 
@@ -174,7 +174,7 @@ def test_the_same_seed_gives_the_same_bytes_with_one_and_two_threads(fixed: Role
     for threads in (1, 2):
         run, generations = evolve(config, frozen(config, fixed), fixed, 4, FusedEvaluator(config.env, threads))
         side = run.evolving[OTHER[fixed]]
-        kept: list[Any] = [side.subpopulations.genomes.tobytes(), side.hall_of_fame.champions.tobytes()]
+        kept: list[Any] = [side.algorithm.genomes.tobytes(), side.hall_of_fame.champions.tobytes()]
         runs.append(kept + [generation.held_out for generation in generations])
     assert runs[0] == runs[1]
 
@@ -185,7 +185,7 @@ def test_other_fixed_teams_bring_other_runs(fixed: Role):
     genomes = set()
     for seed in range(3):
         run, _ = evolve(config, frozen(config, fixed, seed), fixed, 2, FusedEvaluator(config.env, 1))
-        genomes.add(run.evolving[OTHER[fixed]].subpopulations.genomes.tobytes())
+        genomes.add(run.evolving[OTHER[fixed]].algorithm.genomes.tobytes())
     assert len(genomes) == 3
 
 

@@ -128,7 +128,7 @@ def test_breeding_uses_champions_of_the_run_only(fields: dict[str, Any]):
     for number in range(3):
         run.step(number)
     for side in run.evolving.values():
-        assert not np.isin(side.subpopulations.genomes, GUESTS).any()
+        assert not np.isin(side.algorithm.genomes, GUESTS).any()
         assert not np.isin(side.hall_of_fame.champions, GUESTS).any()
 
 

@@ -148,7 +148,7 @@ def evolve(config: RunConfig, n: int, threads: int = 1) -> tuple[Coevolution, li
 
 
 def genomes(run: Coevolution) -> dict[str, bytes]:
-    return {role: side.subpopulations.genomes.tobytes() for role, side in run.evolving.items()}
+    return {role: side.algorithm.genomes.tobytes() for role, side in run.evolving.items()}
 
 
 @pytest.mark.parametrize("pairing", ["cosample", "mixed"])

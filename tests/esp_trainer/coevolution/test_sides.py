@@ -42,7 +42,7 @@ def test_each_kind_has_its_subpopulations_and_room_for_its_champions(
 ):
     for role, shape in (("predators", predators), ("prey", prey)):
         side = new_sides(small(kind))[role]
-        assert side.subpopulations.genomes.shape == shape
+        assert side.algorithm.genomes.shape == shape
         assert side.hall_of_fame.champions.shape == (0, *shape[:3], shape[4])
 
 
@@ -63,7 +63,7 @@ def test_generations_of_every_kind_depend_on_the_seed_and_not_on_the_threads(kin
         generations = [run.step(number) for number in range(4)]
         kept: list[Any] = [generation.held_out for generation in generations]
         for role, side in run.evolving.items():
-            kept += [side.subpopulations.genomes.tobytes(), side.hall_of_fame.champions.tobytes()]
+            kept += [side.algorithm.genomes.tobytes(), side.hall_of_fame.champions.tobytes()]
             kept += [generation.trials[role].fitness.tobytes() for generation in generations]
         runs.append(kept)
     assert runs[0] == runs[1] != runs[2]
@@ -77,7 +77,7 @@ def test_genes_that_no_network_uses_stay_zero_in_a_run(kind: str):
         run.step(number)
     for role, side in run.evolving.items():
         controller = side_controller(config, role)
-        for genomes in (side.subpopulations.genomes, as_candidates(side.hall_of_fame.champions)):
+        for genomes in (side.algorithm.genomes, as_candidates(side.hall_of_fame.champions)):
             for network, n_used in enumerate(controller.used_genes):
                 assert (genomes[:, network, ..., n_used:] == 0).all()
                 assert (genomes[:, network, ..., :n_used] != 0).mean() > 0.99

@@ -37,7 +37,7 @@ def test_nothing_is_known_of_those_that_were_replaced() -> None:
 def subpopulations(**esp: float) -> Subpopulations:
     config = EspConfig(subpopulation_size=8, n_trials=40, n_episodes=1, hof_mates=0, **esp)  # type: ignore[arg-type]
     controller = make_controller(SideConfig(n_hidden=3), np.array([[0, 1]]), 4)
-    return Subpopulations.random(config, controller, 2, np.random.default_rng(0))
+    return Subpopulations.start(config, controller, 2, np.random.default_rng(0))
 
 
 def generation(population: Subpopulations, number: int, level: float = 0.0) -> None:

@@ -60,7 +60,7 @@ def bred(config: EspConfig, champions: np.ndarray = NO_FAME, seed: int = 0) -> t
 
 
 def test_random_genes_are_uniform_in_the_initial_range():
-    population = Subpopulations.random(esp(init_range=2.0), CONTROLLER, 3, rng())
+    population = Subpopulations.start(esp(init_range=2.0), CONTROLLER, 3, rng())
     genes = population.genomes
     assert genes.shape == (3, 2, 3, SIZE, 6)
     assert genes.dtype == np.float32
@@ -69,7 +69,7 @@ def test_random_genes_are_uniform_in_the_initial_range():
 
 
 def test_ask_gives_a_neuron_of_each_subpopulation_to_each_trial():
-    teams = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng()).ask(rng())
+    teams = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng()).ask(rng())
     assert teams.indices.shape == (400, *SHAPE)
     assert teams.indices.min() == 0
     assert teams.indices.max() == SIZE - 1
@@ -77,7 +77,7 @@ def test_ask_gives_a_neuron_of_each_subpopulation_to_each_trial():
 
 
 def test_teams_are_drawn_uniformly_with_replacement_and_apart_for_each_subpopulation():
-    population = Subpopulations.random(esp(n_trials=4000), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(n_trials=4000), CONTROLLER, N_AGENTS, rng())
     chosen = population.ask(rng()).indices.reshape(4000, -1)
     for neuron in range(SIZE):
         assert (abs((chosen == neuron).mean(axis=0) - 1 / SIZE) < 0.015).all()
@@ -94,7 +94,7 @@ def test_drawn_teams_are_kept_in_the_smallest_numbers_that_name_all_neurons(size
 
 
 def test_asking_again_after_tell_gives_other_teams():
-    population = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
     generator = rng()
     first = population.ask(generator).indices.copy()
     population.tell(np.zeros((400, N_AGENTS)), NO_FAME, rng())
@@ -102,14 +102,14 @@ def test_asking_again_after_tell_gives_other_teams():
 
 
 def test_ask_is_refused_when_called_twice():
-    population = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
     population.ask(rng())
     with pytest.raises(RuntimeError, match=r"ask\(\) was called twice; tell\(\)"):
         population.ask(rng())
 
 
 def test_tell_is_refused_before_ask_and_when_called_twice():
-    population = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
     with pytest.raises(RuntimeError, match=r"tell\(\) needs the teams of ask\(\)"):
         population.tell(np.zeros((400, N_AGENTS)), NO_FAME, rng())
     population.ask(rng())
@@ -119,7 +119,7 @@ def test_tell_is_refused_before_ask_and_when_called_twice():
 
 
 def test_drawn_opponents_are_not_bred_from():
-    population = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
     teams = population.draw(rng(), 7)
     assert teams.indices.shape == (7, *SHAPE)
     with pytest.raises(RuntimeError):
@@ -128,7 +128,7 @@ def test_drawn_opponents_are_not_bred_from():
 
 @pytest.mark.parametrize("shape", [(400,), (400, 1), (399, N_AGENTS), (400, N_AGENTS, 1)])
 def test_fitness_of_another_shape_is_refused_and_can_be_told_again(shape: tuple[int, ...]):
-    population = Subpopulations.random(esp(), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
     population.ask(rng())
     with pytest.raises(ValueError, match=r"fitness must have shape \(400, 2\), got"):
         population.tell(np.zeros(shape), NO_FAME, rng())
@@ -239,7 +239,7 @@ def test_the_elite_always_survives_and_twice_as_many_are_replaced(size: int, sha
         share = 1 / size + 1e-6
     config = EspConfig(subpopulation_size=size, elite_share=share, n_trials=30, hof_mates=0)
     controller = make_controller(SideConfig(n_hidden=2), np.array([[0, 1]]), 4)
-    population = Subpopulations.random(config, controller, 1, rng(seed))
+    population = Subpopulations.start(config, controller, 1, rng(seed))
     before = population.genomes.copy()
     chosen = population.ask(rng(seed + 1)).indices
     fitness = rng(seed + 2).random((30, 1))
@@ -308,7 +308,7 @@ def test_genomes_in_any_layout_of_memory_are_bred():
 
 
 def test_burst_starts_again_around_the_champion_and_keeps_it_as_the_first_neuron():
-    population = Subpopulations.random(esp(burst_scale=0.3), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(burst_scale=0.3), CONTROLLER, N_AGENTS, rng())
     champion = rng(1).uniform(-6, 6, (*SHAPE, 6)).astype(np.float32)
     population.burst(champion, rng(2))
     assert np.array_equal(population.genomes[:, :, :, 0], champion)
@@ -320,7 +320,7 @@ def test_burst_starts_again_around_the_champion_and_keeps_it_as_the_first_neuron
 
 
 def test_burst_spreads_by_its_scale_within_the_limit_of_mutations():
-    population = Subpopulations.random(esp(burst_scale=5.0, mutation_limit=2.0), CONTROLLER, N_AGENTS, rng())
+    population = Subpopulations.start(esp(burst_scale=5.0, mutation_limit=2.0), CONTROLLER, N_AGENTS, rng())
     population.burst(np.zeros((*SHAPE, 6), np.float32), rng())
     assert 1.9 < np.abs(population.genomes).max() <= 2.0
 

@@ -19,7 +19,7 @@ from esp_trainer.presets import PRESETS, preset
 from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig, PredPreyEnv
 from predprey_env.config import SIGHT
-from predprey_env.envs.parallel import observed_by
+from predprey_env.envs.team import observed_by
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 
 if TYPE_CHECKING:
@@ -295,7 +295,7 @@ def test_evolved_teams_play_the_same_in_both(move_order: Any):
     coevolution = Coevolution(config, new_sides(config), evaluator)
     generations = [coevolution.step(number) for number in range(8)]
     generator = np.random.default_rng(1)
-    drawn = {role: side.subpopulations.draw(generator, 24) for role, side in coevolution.evolving.items()}
+    drawn = {role: side.algorithm.draw(generator, 24) for role, side in coevolution.evolving.items()}
     starts = evaluator.starts.draw(generator, 24, 2)
     result = assert_parity(config.env, TrialBatch(drawn["predators"], drawn["prey"], starts))
     assert 0 < result.captured.mean() < 1
@@ -319,5 +319,5 @@ def test_evolution_does_not_know_which_evaluator_ran():
         fused, reference = (run.step(number) for run in runs)
         assert fused.held_out == reference.held_out
         for role in runs[0].evolving:
-            genomes = [run.evolving[role].subpopulations.genomes.tobytes() for run in runs]
+            genomes = [run.evolving[role].algorithm.genomes.tobytes() for run in runs]
             assert genomes[0] == genomes[1]

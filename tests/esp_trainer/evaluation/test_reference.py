@@ -178,7 +178,7 @@ def tag_generations(n: int) -> list[Any]:
     )
     sides: dict[Role, Any] = {}
     for role, controller in CONTROLLERS.items():
-        population = Subpopulations.random(config.esp, controller, N_AGENTS[role], np.random.default_rng(3))
+        population = Subpopulations.start(config.esp, controller, N_AGENTS[role], np.random.default_rng(3))
         fame = HallOfFame(np.empty((0, N_AGENTS[role], *controller.shape), np.float32), config.esp.hof_size)
         sides[role] = EvolvingSide(population, fame)
     coevolution = Coevolution(config, sides, tag_evaluator())

@@ -31,7 +31,7 @@ def team(role: Role, env: EnvConfig, **side: Any) -> Team:
     """A random evolved team."""
     settings = SideConfig(**{"n_hidden": 4, **side})
     config = RunConfig(env=env, predators=settings, prey=settings, esp=EspConfig(subpopulation_size=8, hof_mates=0))
-    population = new_sides(config)[role].subpopulations  # type: ignore[union-attr]
+    population = new_sides(config)[role].algorithm  # type: ignore[union-attr]
     teams = population.draw(np.random.default_rng(3), 1)
     return Team(role, settings, teams.controller, pick(teams, np.array([0]))[0])
 

@@ -45,8 +45,8 @@ def test_both_sides_come_back_as_they_were(tiny: RunConfig, tmp_path: Path, star
     for role, side in trainer.coevolution.evolving.items():
         restored = sides[role]
         assert isinstance(restored, EvolvingSide)
-        assert (restored.subpopulations.genomes == side.subpopulations.genomes).all()
-        assert restored.subpopulations.genomes.flags.writeable
+        assert (restored.algorithm.genomes == side.algorithm.genomes).all()
+        assert restored.algorithm.genomes.flags.writeable
         assert len(restored.hall_of_fame) == 4
         assert (restored.hall_of_fame.champions == side.hall_of_fame.champions).all()
         assert (restored.best, restored.stagnant) == (side.best, side.stagnant)
@@ -233,10 +233,10 @@ def test_a_side_that_another_algorithm_bred_is_not_gone_on_with_by_esp(
 ) -> None:
     trainer = start(tmp_path, tiny)
     side = trainer.coevolution.sides[role]
-    side.subpopulations = _Mine(tiny.esp, side.subpopulations.controller, side.subpopulations.genomes)
+    side.algorithm = _Mine(tiny.esp, side.algorithm.controller, side.algorithm.genomes)
     list(islice(trainer.generations(), 4))
     before = snapshot(tmp_path)
-    wanted = rf"checkpoint.safetensors: the {role} come from .*\._Mine, and resume can go on with esp only$"
+    wanted = rf"checkpoint.safetensors: the {role} come from .*:_Mine, and resume can go on with esp only$"
     with pytest.raises(ValueError, match=wanted):
         resume(tmp_path)
     assert snapshot(tmp_path) == before
@@ -250,7 +250,7 @@ def test_what_another_algorithm_bred_is_known_before_its_first_checkpoint(
 ) -> None:
     trainer = start(tmp_path, tiny)
     side = trainer.coevolution.sides["prey"]
-    side.subpopulations = _Mine(tiny.esp, side.subpopulations.controller, side.subpopulations.genomes)
+    side.algorithm = _Mine(tiny.esp, side.algorithm.controller, side.algorithm.genomes)
     next(trainer.generations())
     trainer.directory.unlock()
     before = snapshot(tmp_path)

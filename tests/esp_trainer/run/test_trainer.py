@@ -387,10 +387,10 @@ def test_a_log_has_a_line_for_each_generation(tmp_path: Path, start: Any) -> Non
 
 def test_subpopulations_are_measured_before_they_breed(tmp_path: Path, start: Any) -> None:
     trainer = start(tmp_path, SMOKE.replace(generations=1))
-    before = {role: side.subpopulations.spread() for role, side in trainer.coevolution.evolving.items()}
+    before = {role: side.algorithm.spread() for role, side in trainer.coevolution.evolving.items()}
     (generation,) = trainer.generations()
     assert generation.spreads == before
-    assert all(side.subpopulations.spread() != before[role] for role, side in trainer.coevolution.evolving.items())
+    assert all(side.algorithm.spread() != before[role] for role, side in trainer.coevolution.evolving.items())
 
 
 def test_timing_has_a_line_for_each_generation_with_the_seconds_of_each_phase(

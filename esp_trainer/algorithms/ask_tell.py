@@ -1,0 +1,108 @@
+"""Optimisers of other libraries that have ``ask`` and ``tell`` on vectors, and CMA-ES through ``cma`` as the first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, ClassVar
+
+import numpy as np
+
+from esp_trainer.algorithms.whole_teams import WholeTeams
+from esp_trainer.types import Fitness
+from predprey_env.extras import extra
+
+
+class AskTell(WholeTeams):
+    """A team's vector as the solution of an optimiser: an object with ``ask() -> solutions`` and ``tell(solutions,
+    losses)``, where lower losses are better.
+
+    A subclass makes the optimiser in :meth:`optimiser`. A checkpoint holds what the optimiser was told, from the start
+    on; a run that is resumed tells it again, which takes a fraction of the time of the run. Optimisers may sample from
+    NumPy's global generator: it is seeded for each call.
+    """
+
+    def optimiser(self, start: np.ndarray, seed: int) -> Any:
+        """Return an optimiser that starts from a vector, float64 ``(n_parameters,)``."""
+        raise NotImplementedError
+
+    def begin(self, generator: np.random.Generator) -> None:
+        """Start the optimiser from a random team."""
+        self.around(self.first_vectors(1, generator)[0], generator)
+
+    def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:
+        """Start the optimiser from a vector."""
+        self._begin(vector.astype(np.float64), int(generator.integers(2**31)))
+
+    def vectors(self, generator: np.random.Generator) -> np.ndarray:
+        """Return the solutions that the optimiser asks for."""
+        return self._ask(int(generator.integers(2**31)))
+
+    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:  # noqa: ARG002
+        """Tell the optimiser the losses of its solutions."""
+        self._tell(-scores, int(generator.integers(2**31)))
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the start, and the seed of each call and the losses that were told since."""
+        losses = np.array(self._losses, np.float64).reshape(len(self._losses), -1)
+        return {"start": self._start, "seeds": np.array(self._seeds, np.int64), "losses": losses}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Tell a new optimiser what the old one was told."""
+        start, seeds, losses = (state[name] for name in ("start", "seeds", "losses"))
+        if start.shape != (self.n_parameters,) or len(seeds) != 1 + 2 * len(losses):
+            raise ValueError(f"start, seeds and losses do not fit: {start.shape}, {seeds.shape}, {losses.shape}")
+        self._begin(start.copy(), int(seeds[0]))
+        for told, ask, tell in zip(losses, seeds[1::2].tolist(), seeds[2::2].tolist(), strict=True):
+            self._ask(ask)
+            self._tell(told, tell)
+
+    def _begin(self, start: np.ndarray, seed: int) -> None:
+        self._start, self._seeds, self._losses = start, [seed], list[np.ndarray]()
+        with _seeded(seed):
+            self._optimiser = self.optimiser(start, seed)
+
+    def _ask(self, seed: int) -> np.ndarray:
+        self._asked_with = seed
+        with _seeded(seed):
+            self._solutions = self._optimiser.ask()
+        return np.asarray(self._solutions)
+
+    def _tell(self, losses: np.ndarray, seed: int) -> None:
+        with _seeded(seed):
+            self._optimiser.tell(self._solutions, losses.tolist())
+        self._seeds += [self._asked_with, seed]
+        self._losses.append(losses)
+
+
+@contextmanager
+def _seeded(seed: int) -> Iterator[None]:
+    """Seed NumPy's global generator, and put it back afterwards."""
+    before = np.random.get_state()
+    np.random.seed(seed)
+    try:
+        yield
+    finally:
+        np.random.set_state(before)
+
+
+def _normal(*shape: int) -> np.ndarray:
+    """Sample from NumPy's global generator; a deep copy of ``np.random.randn`` itself would have one of its own."""
+    return np.random.standard_normal(shape)
+
+
+class CmaES(AskTell):
+    """CMA-ES (Hansen & Ostermeier 2001), by the package ``cma``.
+
+    Options: ``sigma``, the initial standard deviation; ``n_teams``, the number of teams in a generation, by default
+    ``esp.subpopulation_size``.
+    """
+
+    OPTIONS: ClassVar[Mapping[str, float]] = {"sigma": 1.0, "n_teams": 0}
+
+    def optimiser(self, start: np.ndarray, seed: int) -> Any:
+        """Return a CMA-ES."""
+        with extra("algorithms", "cma_es"):
+            import cma
+        settings = {"popsize": self.n_teams, "seed": seed or 1, "randn": _normal, "verbose": -9}
+        return cma.CMAEvolutionStrategy(start, self.options["sigma"], settings)

@@ -1,0 +1,52 @@
+"""Algorithms by name."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from typing import Any, cast
+
+from esp_trainer.algorithm import Algorithm
+from esp_trainer.plugins import import_here
+
+ALGORITHMS = {
+    "esp": "esp_trainer.esp.subpopulations:Subpopulations",
+    "cosyne": "esp_trainer.algorithms.cosyne:Cosyne",
+    "ga": "esp_trainer.algorithms.genetic:GeneticAlgorithm",
+    "openai_es": "esp_trainer.algorithms.openai_es:OpenAIES",
+    "cma_es": "esp_trainer.algorithms.ask_tell:CmaES",
+}
+"""Name -> class of each algorithm that ships, as ``module:Class``."""
+
+_CALLS = ("start", "ask", "tell", "spread", "burst", "state", "restore")
+
+
+def algorithm_class(name: str) -> type[Algorithm]:
+    """Return the class of an algorithm by its name in :data:`ALGORITHMS`, or as ``module:Class``.
+
+    Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol.
+    """
+    place = ALGORITHMS.get(name, name)
+    if ":" not in place:
+        near = difflib.get_close_matches(name, ALGORITHMS, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise ValueError(f"algorithm must be one of {', '.join(ALGORITHMS)} or module:Class, got {name!r}{hint}")
+    module, _, attribute = place.partition(":")
+    try:
+        found = getattr(import_here(module), attribute)
+    except Exception as error:
+        line = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"algorithm {name} cannot be imported: {line}") from None
+    if not inspect.isclass(found):
+        raise ValueError(f"algorithm {name} must be a class, got {type(found).__name__}")
+    missing = [call for call in _CALLS if not callable(getattr(found, call, None))]
+    if missing:
+        raise ValueError(f"algorithm {name} has no {' and no '.join(f'{call}()' for call in missing)}")
+    return cast("type[Algorithm]", found)
+
+
+def algorithm_name(algorithm: Any) -> str:
+    """Return the name under which a config finds the algorithm of an object."""
+    kind = type(algorithm)
+    place = f"{kind.__module__}:{kind.__qualname__}"
+    return next((name for name, known in ALGORITHMS.items() if known == place), place)
