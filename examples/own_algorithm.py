@@ -57,4 +57,6 @@ for name, algorithm in (("own", f"{__name__}:HillClimber"), ("esp", "esp")):
     config = preset("pond").with_fields(FIELDS | {"predators.algorithm": algorithm})
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
     caught = [run.step(number).held_out.caught.rate for number in range(N_GENERATIONS)]
-    print(f"{name}: the champions catch {caught[0]:.2f} of the prey at first, {np.mean(caught[-5:]):.2f} in the last ones")
+    print(
+        f"{name}: the champions catch {caught[0]:.2f} of the prey at first, {np.mean(caught[-5:]):.2f} in the last ones"
+    )

@@ -10,6 +10,7 @@ import inspect
 from types import ModuleType
 
 from esp_trainer.evaluation.match import match
+from esp_trainer.tasks import TASKS
 from esp_trainer.types import ScriptedTeams
 from predprey_env import EnvConfig
 from predprey_env.policies import SCRIPTS, predators, prey
@@ -22,9 +23,8 @@ the others always.
 
 {scripts}
 
-Share of all prey that are caught within {max_cycles} steps on the {size}x{size} torus, in {episodes} episodes a cell,
-from held-out starts that hold the parities in their true proportions; Wilson intervals (95%) on the number of
-episodes."""
+Fraction of the prey that three predators catch in each task, in {episodes} episodes a cell, from held-out starts that
+hold the parities in their true proportions; Wilson intervals (95%) on the number of episodes."""
 
 PARITY = """
 A single prey that walks at random escapes `greedy_chase` only where all three predators start at an odd distance from
@@ -36,12 +36,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, default=10_000)
     options = parser.parse_args()
-    world = EnvConfig()
     listed = "\n".join(f"- `{name}` ({team}): {meaning(name)}" for team, names in SCRIPTS.items() for name in names)
-    print(ABOUT.format(scripts=listed, max_cycles=world.max_cycles, size=world.size, episodes=f"{options.episodes:,}"))
-    for n_prey in (1, 2):
-        print(f"\n## 3 predators, {n_prey} prey\n")
-        print(table(world.replace(n_predators=3, n_prey=n_prey), options.episodes))
+    print(ABOUT.format(scripts=listed, episodes=f"{options.episodes:,}"))
+    for name, env in TASKS.items():
+        print(f"\n## {name}\n\n{env.n_prey} prey on {env.size} x {env.size} cells, {env.max_cycles} steps.\n")
+        print(table(env, options.episodes))
     print(PARITY)
     print(f"\n## Sources\n\n- Predators: {sources(predators)}\n- Prey: {sources(prey)}")
 

@@ -53,7 +53,9 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(self, view: TeamView) -> None:
         if view.captured_prey != "inert":
-            raise ValueError(f"in a joint env captured_prey must be 'inert', got {view.captured_prey!r}")
+            raise ValueError(
+                f"in a joint env captured_prey must be 'inert', because the team is one agent, got {view.captured_prey!r}"
+            )
         self._view = view
         first, n_agents = view.possible_agents[0], len(view.possible_agents)
         space, choices = view.observation_space(first), view.action_space(first)

@@ -40,7 +40,9 @@ class ManyWorlds(Timed):
         self, config: EnvConfig, n_worlds: int, autoreset_mode: AutoresetMode | str, pictured: Pictured
     ) -> None:
         if config.captured_prey != "inert":
-            raise ValueError(f"in a vector env captured_prey must be 'inert', got {config.captured_prey!r}")
+            raise ValueError(
+                f"in a vector env captured_prey must be 'inert', because all rows of a world stay, got {config.captured_prey!r}"
+            )
         self._config, self._rules = config, config.rules
         self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
         self._render_mode, self._painters = pictured.mode, Painters(config, pictured)

@@ -139,7 +139,10 @@ def test_an_action_that_is_missing_is_named() -> None:
     ("fields", "message"),
     [
         ({"move_order": "prey_first"}, "move_order must be 'simultaneous', got 'prey_first'"),
-        ({"captured_prey": "removed"}, "captured_prey must be 'inert', got 'removed'"),
+        (
+            {"captured_prey": "removed"},
+            "captured_prey must be 'inert', because all rows of a world stay, got 'removed'",
+        ),
     ],
 )
 def test_worlds_that_it_cannot_play_are_refused(fields: dict[str, Any], message: str) -> None:

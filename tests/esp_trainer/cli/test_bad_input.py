@@ -103,7 +103,10 @@ def test_a_command_that_is_wrong_is_refused_in_one_line_and_does_nothing(
             "benchmark --role predator",
             " benchmark: argument --role: invalid choice: 'predator'; did you mean predators?",
         ),
-        ("teams --task 4v4", " teams: argument --task: invalid choice: '4v4' (choose from 3v2, 3v1)"),
+        (
+            "teams --task 4v4",
+            " teams: argument --task: invalid choice: '4v4' (choose from pond, meadow, steppe, 3v1, 3v2)",
+        ),
     ],
 )
 def test_the_nearest_word_that_is_known_is_named(command: str, says: str, esp_trainer: Callable[..., Any]) -> None:
