@@ -5,11 +5,12 @@ Run: `python examples/own_algorithm.py`. It takes 3 CPU-seconds, and 50 more the
     own: the champions catch 0.04 of the prey at first, 0.65 in the last ones
     esp: the champions catch 0.24 of the prey at first, 0.95 in the last ones
 
-From the command line, with the class in `my_module.py`: `esp-trainer train pond --predators.algorithm my_module:HillClimber`.
-Such runs resume, and the page, `analyse` and `compare` know them as any other.
+From the command line, with the class in `my_module.py`: `esp-trainer train pond --predators.algorithm
+my_module:HillClimber`. Such runs resume, and the page, `analyse` and `compare` know them as any other.
 """
 
 import sys
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,7 +24,7 @@ FIELDS = {"prey.policy": "flee_nearest", "esp.past_share": 0, "esp.exploiters_ev
 class HillClimber(WholeTeams):
     """A team is a vector of all its genes; coevolution plays the vectors and tells their mean fitness."""
 
-    OPTIONS = {"n_teams": 100, "step": 1.0}  # set by --predators.algorithm_options '{"step": 0.5}'
+    OPTIONS: ClassVar = {"n_teams": 100, "step": 1.0}  # set by --predators.algorithm_options '{"step": 0.5}'
 
     def begin(self, generator):
         """Start from a random team."""
@@ -45,7 +46,7 @@ class HillClimber(WholeTeams):
         self.best = vector
 
     def state(self):
-        """Return what the next generation follows from, for checkpoints."""
+        """Return what checkpoints hold."""
         return {"best": self.best}
 
     def restore(self, state):
@@ -57,6 +58,5 @@ for name, algorithm in (("own", f"{__name__}:HillClimber"), ("esp", "esp")):
     config = preset("pond").with_fields(FIELDS | {"predators.algorithm": algorithm})
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
     caught = [run.step(number).held_out.caught.rate for number in range(N_GENERATIONS)]
-    print(
-        f"{name}: the champions catch {caught[0]:.2f} of the prey at first, {np.mean(caught[-5:]):.2f} in the last ones"
-    )
+    first, last = caught[0], np.mean(caught[-5:])
+    print(f"{name}: the champions catch {first:.2f} of the prey at first, {last:.2f} in the last ones")

@@ -54,7 +54,7 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
     def __init__(self, view: TeamView) -> None:
         if view.captured_prey != "inert":
             raise ValueError(
-                f"in a joint env captured_prey must be 'inert', because the team is one agent, got {view.captured_prey!r}"
+                f"in a joint env captured_prey must be 'inert', as the team is one agent, got {view.captured_prey!r}"
             )
         self._view = view
         first, n_agents = view.possible_agents[0], len(view.possible_agents)

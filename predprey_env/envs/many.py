@@ -41,7 +41,7 @@ class ManyWorlds(Timed):
     ) -> None:
         if config.captured_prey != "inert":
             raise ValueError(
-                f"in a vector env captured_prey must be 'inert', because all rows of a world stay, got {config.captured_prey!r}"
+                f"in a vector env captured_prey must be 'inert', as all rows stay, got {config.captured_prey!r}"
             )
         self._config, self._rules = config, config.rules
         self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)

@@ -76,7 +76,7 @@ def test_actions_for_others_are_refused(actions: Any) -> None:
 def test_prey_that_leave_are_refused() -> None:
     with pytest.raises(
         ValueError,
-        match=r"^in a joint env captured_prey must be 'inert', because the team is one agent, got 'removed'$",
+        match=r"^in a joint env captured_prey must be 'inert', as the team is one agent, got 'removed'$",
     ):
         joint_env("prey", "random", captured_prey="removed")
 
