@@ -63,7 +63,7 @@ def test_another_selection_scheme_breeds_predators_that_catch_prey(tmp_path: Pat
 def test_an_algorithm_of_ones_own_breeds_predators_that_catch_prey(tmp_path: Path) -> None:
     told = printed("own_algorithm.py", tmp_path)
     assert re.findall(r"^\w+", told, re.MULTILINE) == ["own", "esp"]
-    assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the last ones", told))
+    assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
 
 
 def test_a_race_is_measured_by_cross_play(tmp_path: Path) -> None:
