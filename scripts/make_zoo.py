@@ -120,7 +120,7 @@ def main() -> None:
     options = parser.parse_args()
     kept = options.runs or Path("runs/zoo-quick" if options.quick else "runs/zoo")
     runs = evolve(options.tasks, kept, options.quick, options.workers)
-    entries = [] if len(options.tasks) == len(TASKS) else others(options.out, options.tasks)
+    entries = others(options.out, options.tasks)
     for task in options.tasks:
         chosen = choose([run for run in runs if run.task == task])
         entries += keep(task, chosen, options.out, 16 if options.quick else EPISODES)
@@ -134,7 +134,9 @@ def main() -> None:
 
 def others(place: Path, tasks: list[str]) -> list[dict[str, Any]]:
     """Return the entries of the zoo that is there, without those of some tasks."""
-    return [entry for entry in json.loads((place / "index.json").read_bytes())["teams"] if entry["task"] not in tasks]
+    index = place / "index.json"
+    known = json.loads(index.read_bytes())["teams"] if index.exists() else []
+    return [entry for entry in known if entry["task"] not in tasks]
 
 
 def evolve(tasks: list[str], kept: Path, quick: bool, workers: int) -> list[Run]:
