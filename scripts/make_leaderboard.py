@@ -53,7 +53,8 @@ def main() -> None:
 
 def candidates() -> Iterator[tuple[str, str, str, str]]:
     """Yield SPEC, name, role and task of every row."""
-    for task in TASKS:
+    with_zoo = {team.task for team in known_teams().values()}
+    for task in (task for task in TASKS if task in with_zoo):
         for role in ROLES:
             for script in SCRIPTS[role]:
                 yield script, script, role, task
