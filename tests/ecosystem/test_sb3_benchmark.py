@@ -212,18 +212,30 @@ def block(name: str) -> str:
     return found[1]
 
 
-def test_the_tutorial_ends_on_a_leaderboard(tmp_path: Path) -> None:
-    program = block("my_agent.py")
-    assert program.count("10_000_000") == 1
-    (tmp_path / "my_agent.py").write_text(program.replace("10_000_000", "30_000"))
-    tools = f"PATH={Path(sys.executable).parent}:$PATH"
-    for name in ("train", "measure"):
-        command = f"{tools} {block(name).strip()}" + (" --episodes 8" if name == "measure" else "")
-        subprocess.run(["bash", "-c", command], cwd=tmp_path, check=True, timeout=600)
+def test_the_tutorial_shows_the_example() -> None:
+    assert block("sb3_pond.py") == (ROOT / "examples/sb3_pond.py").read_text()
+
+
+def test_the_tutorial_ends_on_a_leaderboard_and_at_a_best_response(tmp_path: Path) -> None:
+    """Its commands, with the example in its quick form, fewer episodes and a smaller torus to solve."""
+
+    def run(command: str) -> str:
+        command = f"PATH={Path(sys.executable).parent}:$PATH {command.replace('examples/', f'{ROOT}/examples/')}"
+        done = subprocess.run(["bash", "-c", command], cwd=tmp_path, check=True, timeout=600, capture_output=True)
+        return done.stdout.decode()
+
+    assert block("train").strip() == "python examples/sb3_pond.py"
+    quick, exploit = block("exploit").splitlines()
+    caught = re.findall(r"(\d\.\d\d) of the prey caught", run(quick))
+    assert len(caught) == 1 + 4
+    assert float(caught[-1]) > float(caught[0]), "the best script comes first"
+    assert (tmp_path / "pond-8x8.gif").stat().st_size > 1000
+    run(block("measure").strip().replace("pond.zip", "pond-8x8.zip") + " --episodes 8")
     board = (tmp_path / "leaderboard.md").read_text()
     assert re.search(r"^\| my-agent \| 0\.\d{3} \|", board, re.MULTILINE)
-    assert "esp-trainer benchmark --policy sb3:PPO:my_agent.zip --role predators --task 3v2" in board
-    assert (tmp_path / "benchmarks/my-agent-predators-3v2/scores.png").exists()
+    assert "esp-trainer benchmark --policy sb3:PPO:pond-8x8.zip --role predators --task 3v1" in board
+    assert (tmp_path / "benchmarks/my-agent-predators-3v1/scores.png").exists()
+    assert "exploitability: 0." in run(exploit.replace("--size 8", "--size 4 --steps 3"))
 
 
 def script(name: str, *options: object) -> None:

@@ -1,0 +1,31 @@
+"""The single-file examples in PyTorch: they run with few steps, and tell what they reach."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.ecosystem
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+OPTIONS = {
+    "ppo_one_team.py": ["--task", "meadow", "--team", "prey", "--n-worlds", "8", "--see", "teammates,scaled"],
+    "self_play.py": ["--task", "meadow", "--reports", "2"],
+    "mappo.py": ["--task", "meadow", "--reports", "2", "--critic", "own"],
+}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_an_example_takes_steps_and_prints_what_it_reached(name: str, tmp_path: Path) -> None:
+    command = [sys.executable, str(EXAMPLES / name), "--steps", "3000", *OPTIONS[name]]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
+    assert done.returncode == 0, done.stderr
+    lines = re.findall(r"^ +([\d,]+) steps, +\d+ CPU-seconds: (\d\.\d\d) (.*)", done.stdout, re.MULTILINE)
+    steps = [int(line[0].replace(",", "")) for line in lines]
+    assert steps[0] == 0
+    assert steps[-1] >= 3000
+    assert all(0 <= float(caught) <= 1 for _, caught, _ in lines)
