@@ -1,6 +1,13 @@
 """PPO for one team in one file, in the manner of CleanRL: one network for all agents of the team, against any opponent.
 
-Run: `pip install torch`, then `python examples/ppo_one_team.py --task pond`, or `--help` for all settings. It prints
+Run: `pip install torch`, then `python examples/ppo_one_team.py --task pond`, or `--help` for all settings. It takes
+17 CPU-seconds and prints
+
+        0 steps,   3 CPU-seconds: 0.00 of the prey caught
+  208,896 steps,   9 CPU-seconds: 0.81 of the prey caught
+  405,504 steps,  17 CPU-seconds: 0.87 of the prey caught
+
+The best script, intercept, catches 0.41. Learning curves on all tasks are in docs/learning.md.
 """
 
 import argparse
@@ -43,13 +50,8 @@ class Args:
 
 def mlp(n_in, n_out, n_hidden, last):
     """Return a network with two hidden layers, whose last layer has weights of a given size."""
-    layers = [
-        nn.Linear(n_in, n_hidden),
-        nn.Tanh(),
-        nn.Linear(n_hidden, n_hidden),
-        nn.Tanh(),
-        nn.Linear(n_hidden, n_out),
-    ]
+    sizes = (n_in, n_hidden), (n_hidden, n_hidden), (n_hidden, n_out)
+    layers = [layer for size in sizes for layer in (nn.Linear(*size), nn.Tanh())][:-1]
     for layer, gain in zip(layers[::2], (2**0.5, 2**0.5, last), strict=True):
         nn.init.orthogonal_(layer.weight, gain)
         nn.init.zeros_(layer.bias)
@@ -125,9 +127,8 @@ def parse(kind):
     """Return settings from the command line, with an option for each field."""
     parser = argparse.ArgumentParser(formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     for field in fields(kind):
-        parser.add_argument(
-            f"--{field.name.replace('_', '-')}", type=type(field.default), default=field.default, help=" "
-        )
+        name = f"--{field.name.replace('_', '-')}"
+        parser.add_argument(name, type=type(field.default), default=field.default, help=" ")
     return kind(**vars(parser.parse_args()))
 
 
@@ -138,7 +139,7 @@ if __name__ == "__main__":
 
     def report(steps, policy):
         global n_reports
-        if steps < args.steps * n_reports / 8:
+        if steps < args.steps * n_reports / 2:
             return
         n_reports, seconds = n_reports + 1, process_time() - begun
         team = TorchPolicy(policy, world.team(args.team), drawn=True)  # samples its actions, as in training

@@ -1,6 +1,13 @@
 """Self-play in one file: PPO for predators and prey in turn, each against the other side as it is and as it was.
 
-Run: `pip install torch`, then `python examples/self_play.py`. Neither side ever meets a script in training. It prints
+Run: `pip install torch`, then `python examples/self_play.py`. Neither side ever meets a script in training. It takes
+33 CPU-seconds and prints
+
+        0 steps,   3 CPU-seconds: 0.00 of flee_nearest caught, 1.00 lost to surround
+  327,680 steps,  17 CPU-seconds: 0.36 of flee_nearest caught, 0.62 lost to surround
+  655,360 steps,  33 CPU-seconds: 0.17 of flee_nearest caught, 0.35 lost to surround
+
+Once the prey of the training flee better, its predators forget how to catch a simple script.
 """
 
 import argparse
@@ -17,11 +24,11 @@ from predprey_env import TASKS, OpponentPool, vector_env
 
 parser = argparse.ArgumentParser(formatter_class=argparse.ArgumentDefaultsHelpFormatter)
 parser.add_argument("--task", default="pond", help="world")
-parser.add_argument("--steps", type=int, default=1_500_000, help="steps of agents, of both sides in all")
+parser.add_argument("--steps", type=int, default=650_000, help="steps of agents, of both sides in all")
 parser.add_argument("--seed", type=int, default=0, help="seed")
 parser.add_argument("--updates", type=int, default=4, help="updates of a side until the other side learns")
 parser.add_argument("--n-past", type=int, default=3, help="past selves in the pool beside the present one")
-parser.add_argument("--reports", type=int, default=5, help="number of printed lines after the first")
+parser.add_argument("--reports", type=int, default=2, help="number of printed lines after the first")
 args = parser.parse_args()
 N_WORLDS, HORIZON, EPOCHS, N_MINIBATCHES = 128, 32, 4, 6
 LEARNING_RATE, GAMMA, TRACE, CLIP, ENTROPY = 3e-3, 0.99, 0.9, 0.2, 0.005

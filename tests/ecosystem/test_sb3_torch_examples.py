@@ -29,3 +29,15 @@ def test_an_example_takes_steps_and_prints_what_it_reached(name: str, tmp_path: 
     assert steps[0] == 0
     assert steps[-1] >= 3000
     assert all(0 <= float(caught) <= 1 for _, caught, _ in lines)
+
+
+def test_learning_curves_are_measured_and_reported(tmp_path: Path) -> None:
+    script = [sys.executable, str(EXAMPLES.parent / "scripts/learning_curves.py"), "--quick", "--out", str(tmp_path)]
+    for more in (["--runs", str(tmp_path / "runs"), "--workers", "1"], ["--report"]):
+        done = subprocess.run([*script, *more], capture_output=True, text=True, check=False, timeout=900)
+        assert done.returncode == 0, done.stderr
+    page = (tmp_path / "learning.md").read_text()
+    for name in ("pond, predators", "pond, prey", "team-mates", "evolved, race"):
+        assert f"| {name} |" in page
+    assert "nan" not in page
+    assert (tmp_path / "learning/curves.png").exists()
