@@ -3,8 +3,8 @@
 Run: `pip install ".[render]" stable-baselines3`, then `python examples/sb3_pond.py`. It takes 18 CPU-seconds, prints
 
     the best script: 0.41 of the prey caught
-    196,608 steps,  7 CPU-seconds: 0.91 of the prey caught
-    393,216 steps, 14 CPU-seconds: 0.91 of the prey caught
+    196,608 steps,  7 CPU-seconds: 0.92 of the prey caught
+    393,216 steps, 13 CPU-seconds: 0.97 of the prey caught
 
 and writes pond.zip and pond.gif.
 """

@@ -137,10 +137,14 @@ def draw(curves: dict[str, list[list[list[float]]]], path: Path) -> None:
         for team, colour in {"predators": plots.PREDATORS, "prey": plots.PREY}.items():
             if f"{task}, {team}" not in curves:
                 continue
-            runs = np.array(curves[f"{task}, {team}"])  # (n_seeds, n_points, 4)
-            x = runs[..., 1].mean(axis=0) if by_time else runs[0, :, 0] / 1e6
-            drawn = plots.curve(panel, x, runs[..., 2], f"{team} learn", colour=colour, number=team == "prey")
-            data |= {f"{task}, {'CPU seconds' if by_time else 'million steps'}, {k}": v for k, v in drawn.items()}
+            runs = [np.array(points).T for points in curves[f"{task}, {team}"]]
+            grid = np.linspace(0, min(steps[-1] for steps, *_ in runs), POINTS + 1)
+            caught = np.array([np.interp(grid, steps, sampled) for steps, _, sampled, _ in runs])
+            seconds = np.mean([np.interp(grid, steps, spent) for steps, spent, *_ in runs], axis=0)
+            x = seconds if by_time else grid / 1e6
+            drawn = plots.curve(panel, x, caught, f"{team} learn", colour=colour, number=team == "prey")
+            unit = "CPU seconds" if by_time else "million steps"
+            data |= {f"{task}, {team}, {unit}": x} | {f"{task}, {key}": value for key, value in drawn.items()}
         panel.set(title=task, xlabel="CPU seconds" if by_time else "million steps of agents", ylim=(0, 1))
     axes[0].set_ylabel("fraction of prey caught")
     axes[len(STEPS)].set_ylabel("fraction of prey caught")
