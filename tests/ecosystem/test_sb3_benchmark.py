@@ -233,8 +233,8 @@ def test_the_tutorial_ends_on_a_leaderboard_and_at_a_best_response(tmp_path: Pat
     run(block("measure").strip().replace("pond.zip", "pond-8x8.zip") + " --episodes 8")
     board = (tmp_path / "leaderboard.md").read_text()
     assert re.search(r"^\| my-agent \| 0\.\d{3} \|", board, re.MULTILINE)
-    assert "esp-trainer benchmark --policy sb3:PPO:pond-8x8.zip --role predators --task 3v1" in board
-    assert (tmp_path / "benchmarks/my-agent-predators-3v1/scores.png").exists()
+    assert "esp-trainer benchmark --policy sb3:PPO:pond-8x8.zip --role predators --task pond" in board
+    assert (tmp_path / "benchmarks/my-agent-predators-pond/scores.png").exists()
     assert "exploitability: 0." in run(exploit.replace("--size 8", "--size 4 --steps 3"))
 
 
