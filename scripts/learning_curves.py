@@ -37,6 +37,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "offsets alone": {},
     "team-mates": {"see": "teammates"},
     "identity": {"see": "identity"},
+    "offsets scaled": {"see": "scaled"},
+    "entropy 0.01": {"entropy": 0.01},
     "nearest first": {"see": SEE},
     "all three": {"see": "teammates,identity,nearest_first"},
     "nearest first, scaled": {"see": "nearest_first,scaled"},
