@@ -1,4 +1,4 @@
-"""Windows open where nobody sees them, Ctrl-C is heard, and clusters follow one another."""
+"""Windows open where nobody sees them, Ctrl-C is heard, NumPy has one thread, and clusters follow one another."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from tempfile import gettempdir
 import pytest
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
+# The tests run in a process for each core, where more threads of NumPy's linear algebra only wait for each other:
+# ratings of the zoo take ten times as long. NumPy asks when it is loaded, after this.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 # A shell that starts the tests in the background has it ignored, by all that they start too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
