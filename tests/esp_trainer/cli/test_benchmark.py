@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from esp_trainer.cli import main
-from esp_trainer.teams.zoo import known_teams, load_zoo
+from esp_trainer.teams.zoo import Zoo, known_teams, load_zoo
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,6 +48,29 @@ class Interrupted(East):
 QUICK = ("--role", "prey", "--task", "3v1", "--episodes", "16")
 
 
+def _few_of(zoo: Zoo) -> Zoo:
+    """Every eleventh team, which has some of each part, and all scripts."""
+    rows, columns = (
+        [i for i, name in enumerate(zoo.names(role)) if i % 11 == 0 or "/" not in name]
+        for role in ("predators", "prey")
+    )
+    return replace(
+        zoo,
+        predators=tuple(zoo.predators[i] for i in rows),
+        prey=tuple(zoo.prey[i] for i in columns),
+        captured=zoo.captured[np.ix_(rows, columns)],
+    )
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few() -> Iterator[Zoo]:
+    """A gauntlet of a few opponents for the command, as the whole zoo takes seconds each time."""
+    found = _few_of(load_zoo("3v1"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("esp_trainer.cli.benchmark.load_zoo", {"3v1": found}.__getitem__)
+        yield found
+
+
 @pytest.fixture(autouse=True)
 def _policies(_somewhere_else: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A module of policies in the current directory."""
@@ -71,9 +96,9 @@ def test_without_a_task_all_teams_are_listed(esp_trainer: Callable[..., Any]) ->
     assert esp_trainer("teams").out.count("/seed-") == len(known_teams())
 
 
-@pytest.mark.parametrize("spec", ["flee_nearest", pytest.param(PREY, marks=pytest.mark.slow), "quick_policies:East"])
+@pytest.mark.parametrize("spec", ["flee_nearest", PREY, "quick_policies:East"])
 def test_a_benchmark_is_printed_and_kept_the_same_each_time(
-    spec: str, esp_trainer: Callable[..., Any], contents: Callable[[Path], Any]
+    spec: str, few: Zoo, esp_trainer: Callable[..., Any], contents: Callable[[Path], Any]
 ) -> None:
     first = esp_trainer("benchmark", "--policy", spec, *QUICK, "--out", "1st", "--name", "mine")
     second = esp_trainer("benchmark", "--policy", spec, *QUICK, "--out", "2nd", "--name", "mine")
@@ -82,14 +107,25 @@ def test_a_benchmark_is_printed_and_kept_the_same_each_time(
     assert list(contents(Path("1st")).values()) == list(contents(Path("2nd")).values())
     told = json.loads(Path("1st/results.json").read_text())
     assert told["complete"]
-    assert sorted(row["opponent"] for row in told["rows"]) == sorted(load_zoo("3v1").predators)
+    assert sorted(row["opponent"] for row in told["rows"]) == sorted(few.predators)
     assert first.out.startswith("mine: prey of 3v1, 16 episodes each from held-out starts (seed 0)\n")
     assert all(row["opponent"] in first.out for row in told["rows"])
     assert ("caution: quick_policies was imported" in first.err) == (spec == "quick_policies:East")
 
 
+@pytest.mark.slow
+def test_everybody_of_the_zoo_and_every_script_is_met(
+    esp_trainer: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("esp_trainer.cli.benchmark.load_zoo", load_zoo)
+    outcome = esp_trainer("benchmark", "--policy", PREY, *QUICK, "--out", "whole")
+    assert outcome.code == 0, outcome.err
+    told = json.loads(Path("whole/results.json").read_text())
+    assert sorted(row["opponent"] for row in told["rows"]) == sorted(load_zoo("3v1").predators)
+
+
 @pytest.fixture(scope="module")
-def rows_of_script(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def rows_of_script(few: Zoo, tmp_path_factory: pytest.TempPathFactory) -> Any:
     """What the script ``flee_nearest`` comes to against each opponent."""
     place = tmp_path_factory.mktemp("benchmark") / "script"
     assert main(["benchmark", "--policy", "flee_nearest", *QUICK, "--seed", "0", "--out", str(place)]) == 0
@@ -141,12 +177,12 @@ def test_a_file_that_is_no_leaderboard_is_refused_before_anything_is_played(esp_
     ],
 )
 def test_a_way_that_ends_early_is_kept_as_far_as_it_went(
-    policy: str, code: int, line: str, esp_trainer: Callable[..., Any]
+    policy: str, code: int, line: str, few: Zoo, esp_trainer: Callable[..., Any]
 ) -> None:
     outcome = esp_trainer("benchmark", "--policy", f"quick_policies:{policy}", *QUICK, "--out", "kept")
     assert outcome.code == code
     assert outcome.out == ""
-    total = len(load_zoo("3v1").predators)
+    total = len(few.predators)
     assert outcome.err.splitlines()[1:] == [f"2 of {total} opponents were met; the table so far is in kept", line]
     told = json.loads(Path("kept/results.json").read_text())
     assert (told["complete"], len(told["rows"])) == (False, 2)
