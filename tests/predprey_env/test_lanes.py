@@ -30,7 +30,6 @@ OTHERS[OTHERS == 0] = 4  # INTEGERS / 0 is nobody's business
 FLOATS = np.array([-2.5, -1, -0.0, 0, 0.1, 1 / 3, 1, 1.5, 2, 3, 1e-40, 1e30, -1e30, np.inf, -np.inf, 7], np.float32)
 MORE = np.roll(FLOATS, 3)
 ARITHMETIC = {"+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b}
-COMPARISONS = [operator.lt, operator.le, operator.gt, operator.ge, operator.eq, operator.ne]
 
 
 def on_lanes(function: Callable[..., Any], a: Any, b: Any, dtype: Any = None) -> np.ndarray:
@@ -57,8 +56,20 @@ def on_lanes(function: Callable[..., Any], a: Any, b: Any, dtype: Any = None) ->
     return out[0]
 
 
-def holds(compare: Callable[..., Any], a: Any, b: Any) -> list[bool]:
-    return on_lanes(lambda a, b: where(compare(a, b), 1, 0), a, b, np.int32).astype(bool).tolist()
+def compared(a: Any, b: Any) -> list[int]:
+    """A bit for each comparison that holds, in each lane; compiling all in one rule takes a sixth of the time."""
+
+    def rule(a, b):
+        less = where(a < b, 1, 0) + where(a <= b, 2, 0)
+        greater = where(a > b, 4, 0) + where(a >= b, 8, 0)
+        return less + greater + where(a == b, 16, 0) + where(a != b, 32, 0)
+
+    return on_lanes(rule, a, b, np.int32).tolist()
+
+
+def compared_by_numpy(a: Any, b: Any) -> list[int]:
+    holds = [a < b, a <= b, a > b, a >= b, a == b, a != b]
+    return (np.array(holds).T @ [1, 2, 4, 8, 16, 32]).tolist()
 
 
 def identical(found: np.ndarray, expected: np.ndarray) -> bool:
@@ -88,23 +99,20 @@ def test_float_arithmetic_is_that_of_numpy(operation, a, b) -> None:
         assert identical(on_lanes(operation, a, b), operation(a, b))
 
 
-@pytest.mark.parametrize("compare", COMPARISONS)
 @pytest.mark.parametrize(("a", "b"), [(INTEGERS, OTHERS), (INTEGERS, 2), (0, OTHERS), (INTEGERS, INTEGERS)])
-def test_integers_compare_as_in_numpy(compare, a, b) -> None:
-    assert holds(compare, a, b) == compare(a, b).tolist()
+def test_integers_compare_as_in_numpy(a, b) -> None:
+    assert compared(a, b) == compared_by_numpy(a, b)
 
 
-@pytest.mark.parametrize("compare", COMPARISONS)
 @pytest.mark.parametrize(("a", "b"), [(FLOATS, MORE), (FLOATS, 1.5), (1, MORE), (FLOATS, FLOATS)])
-def test_floats_compare_as_in_numpy(compare, a, b) -> None:
-    assert holds(compare, a, b) == compare(a, b).tolist()
+def test_floats_compare_as_in_numpy(a, b) -> None:
+    assert compared(a, b) == compared_by_numpy(a, b)
 
 
-@pytest.mark.parametrize("compare", COMPARISONS)
-def test_nan_compares_as_in_numpy(compare) -> None:
+def test_nan_compares_as_in_numpy() -> None:
     a, b = FLOATS.copy(), MORE.copy()
     a[:5] = b[3:8] = np.nan
-    assert holds(compare, a, b) == compare(a, b).tolist()
+    assert compared(a, b) == compared_by_numpy(a, b)
 
 
 @pytest.mark.parametrize("combine", [operator.and_, operator.or_])
