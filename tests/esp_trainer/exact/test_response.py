@@ -77,7 +77,7 @@ class PlainResponse:
         self.in_turns = config.move_order == "prey_first"
         self.joints = list(product(range(config.n_predator_actions), repeat=config.n_predators))
         self.begins = {game.prey: game.keys.start for game in survivors(config)}
-        self.value = cache(self._value)
+        self.value, self.chance = cache(self._value), cache(self._chance)
 
     def __call__(self, horizon: int) -> list[float]:
         """For the states in which all prey are free."""
@@ -102,10 +102,10 @@ class PlainResponse:
                 left = _free_of(hunters, fled)
                 worth = len(prey) - len(left) + self.value(hunters, left, steps - 1)
                 if self.role == "prey":
-                    table.setdefault(joint, {})[flights] = self._chance(predators, prey, flights) * worth
+                    table.setdefault(joint, {})[flights] = self.chance(predators, prey, flights) * worth
                 else:
                     shown = fled if self.in_turns else prey
-                    table.setdefault(flights, {})[joint] = self._chance(predators, shown, joint) * worth
+                    table.setdefault(flights, {})[joint] = self.chance(predators, shown, joint) * worth
         if self.role == "predators":
             return min(sum(row.values()) for row in table.values())
         if self.in_turns:  # the predators answer each flight
