@@ -61,9 +61,9 @@ def long_runs(tmp_path_factory: pytest.TempPathFactory, snapshot: Any) -> dict[s
 
 @pytest.fixture(scope="module")
 def whole_sweep(tmp_path_factory: pytest.TempPathFactory, declare: Any) -> Path:
-    """The directory of a sweep with a run of each cell that nothing disturbed. Not to be changed."""
+    """The directory of a sweep with two runs of each cell that nothing disturbed. Not to be changed."""
     place = tmp_path_factory.mktemp("whole")
-    assert sweep(declare(place / "sweep.toml", seeds=1), place / "out", "--workers", "2") == 0
+    assert sweep(declare(place / "sweep.toml"), place / "out", "--workers", "2") == 0
     return place / "out"
 
 
@@ -140,39 +140,33 @@ def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
     assert not taken.path.exists()
 
 
-@pytest.mark.parametrize(
-    ("harm", "says"),
-    [
-        (lambda run: (run / "metrics.jsonl").unlink(), "metrics.jsonl must hold 6 whole lines, got 0"),
-        (
-            lambda run: (run / "metrics.jsonl").write_text("[" * 9999 + "\n"),
-            "metrics.jsonl must hold 6 whole lines, got 1",
-        ),
-        (
-            lambda run: (run / "champions/prey-00003.safetensors").unlink(),
-            "its log, its champions or its checkpoint are not",
-        ),
-        (lambda run: (run / "config.json").unlink(), "is not an empty directory, and holds no run"),
-    ],
-    ids=["no log", "a damaged log", "a champion less", "no config"],
-)
 def test_a_run_that_lost_something_is_not_whole_and_says_what(
-    harm: Callable[[Path], object],
-    says: str,
-    whole_sweep: Path,
-    declared: Any,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    whole_sweep: Path, declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file, out = declared(seeds=1), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
-    harm(out / f"{CELLS[0]}-seed0")
+    """Each of four runs lost another thing; two more are added, and are whole."""
+    file, out = declared(seeds=3), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
+    no_log, damaged_log, less, no_config = (out / f"{cell}-seed{seed}" for cell in CELLS for seed in (0, 1))
+    (no_log / "metrics.jsonl").unlink()
+    (damaged_log / "metrics.jsonl").write_text("[" * 9999 + "\n")
+    (less / "champions/prey-00003.safetensors").unlink()
+    (no_config / "config.json").unlink()
+    says = {
+        no_log: "metrics.jsonl must hold 6 whole lines, got 0",
+        damaged_log: "metrics.jsonl must hold 6 whole lines, got 1",
+        less: "its log, its champions or its checkpoint are not",
+        no_config: "is not an empty directory, and holds no run",
+    }
     capsys.readouterr()
     for _ in range(2):
         assert sweep(file, out, "--workers", "1") == 1
         output, error = capsys.readouterr()
         assert "Traceback" not in error
-        assert says in output
-        assert [line.split()[1] for line in output.splitlines()[1:3]] == ["0/1", "1/1"]
+        failed = [line for line in output.splitlines() if line.startswith("failed: ")]
+        assert len(failed) == 4
+        for (run, reason), line in zip(says.items(), failed, strict=True):
+            assert line.startswith(f"failed: {run.name}: ")
+            assert reason in line
+        assert [line.split()[1] for line in output.splitlines()[1:3]] == ["1/3", "1/3"]
 
 
 def test_a_sweep_is_not_done_inside_a_run(declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -382,7 +376,7 @@ def test_a_run_that_kills_its_workers_is_given_up(declared: Any, tmp_path: Path)
 
 
 def test_a_run_is_whole_with_its_checkpoint_and_its_champions(whole_sweep: Path, declared: Any, tmp_path: Path) -> None:
-    file, out = declared(seeds=1), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
+    file, out = declared(), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
     run = read_plan(file)[0]
     assert is_whole(out / run.name, run)
     (out / run.name / "champions/prey-00003.safetensors").unlink()
