@@ -299,6 +299,7 @@ def test_a_policy_of_ppo_and_the_team_that_it_is_saved_as_draw_alike(monkeypatch
     np.testing.assert_allclose(counts / 8000, chances, atol=0.02)
 
 
+@pytest.mark.slow
 def test_learners_are_compared_and_reported(tmp_path: Path) -> None:
     script("compare_learners.py", "--quick", "--runs", tmp_path / "runs", "--out", tmp_path / "out")
     page = (tmp_path / "out/benchmark.md").read_text()
