@@ -38,6 +38,7 @@ def test_a_team_of_the_zoo_catches_most_of_the_prey(tmp_path: Path) -> None:
     assert figures(r"after (\d+) steps", told)[0] <= 150
 
 
+@pytest.mark.slow
 def test_a_policy_of_ones_own_is_measured_against_every_part_of_the_zoo(tmp_path: Path) -> None:
     told = printed("own_policy.py", tmp_path)
     assert [int(n) for n in figures(r"of the prey of (\d+) teams", told)] == [9, 27, 36, 4]
