@@ -269,5 +269,5 @@ def programs(project: Path, tmp_path: Path) -> Path:
 
 @pytest.mark.slow
 def test_in_a_virtual_environment_too(programs: Path, tmp_path: Path) -> None:
-    for line in WORK[:4]:
+    for line in (WORK[0], WORK[-1]):  # what is compiled, and the zoo's files
         run([programs / "esp-trainer", *line.split()], tmp_path, PYTHONPATH="")
