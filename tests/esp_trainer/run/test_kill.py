@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _COMMAND = [sys.executable, "-c", "import sys; from esp_trainer.cli import main; sys.exit(main())"]
-_GENERATIONS = 1000
+_GENERATIONS = 600
 """Of the run that is killed: more than it gets through in all its lives on a fast machine."""
 _STOPPED = 100
 """Of a run that is stopped early: many times what it does in the time until the signal comes."""
@@ -256,7 +256,7 @@ def test_a_run_that_is_killed_ends_in_the_bytes_of_one_that_was_not(
 def test_a_run_killed_at_random_moments_ends_in_the_bytes_of_one_that_was_not(
     tmp_path: Path, snapshot: Any, uninterrupted: Any, resume: Any
 ) -> None:
-    kinds = ["start_up"] * 6 + ["generation"] * 8 + ["champion"] * 6 + ["checkpoint"] * 6
+    kinds = ["start_up"] * 4 + ["generation"] * 6 + ["champion"] * 5 + ["checkpoint"] * 5
     random.Random(0).shuffle(kinds)
     victim = _Victim(tmp_path / "run", uninterrupted(preset("smoke").replace(generations=_GENERATIONS)), seed=0)
     for kind in kinds:
