@@ -21,7 +21,7 @@ SHAPES = frozenset({"n_predators", "n_prey", "predator_idle"})
 """Fields of :class:`EnvConfig` that decide which teams fit the world."""
 PAYOFF = frozenset({"closeness", "credit", "prey_fitness", "reward"})
 """Fields of :class:`EnvConfig` that define the payoff."""
-SIGHT = frozenset({"see_teammates", "see_moves", "see_identity", "see_nearest_first", "see_scaled", "action_masks"})
+SIGHT = frozenset({"see_teammates", "see_moves", "see_identity", "see_nearest_first", "see_scaled", "mask_actions"})
 """Fields of :class:`EnvConfig` that decide what agents observe and are told. Fields that are in none of the three sets
 change how episodes go."""
 
@@ -100,7 +100,7 @@ class EnvParameters(TypedDict, total=False):
     see_identity: bool
     see_nearest_first: bool
     see_scaled: bool
-    action_masks: bool
+    mask_actions: bool
 
 
 class EnvConfig(Settings):
@@ -164,7 +164,7 @@ class EnvConfig(Settings):
     see_scaled: bool = False
     """Divide offsets by half the size of the torus, so that all entries are in [-1, 1]."""
 
-    action_masks: bool = False
+    mask_actions: bool = False
     """Add an `action_mask` to the infos: 1 for each action that counts. Action 0 alone is left to a caught prey, and to
     an agent out of its turn."""
 

@@ -104,7 +104,7 @@ free. After the end `step` returns five empty dictionaries.
 | `steps`      | number of time steps begun                               |
 | `in_turn`    | 1 if the agent's next action counts, 0 out of its turn   |
 
-With `action_masks=True` infos also hold `action_mask`, int8: 1 for each action that counts. Action 0 alone is left to a
+With `mask_actions=True` infos also hold `action_mask`, int8: 1 for each action that counts. Action 0 alone is left to a
 caught prey, and to an agent out of its turn.
 
 ### Arguments

@@ -67,7 +67,7 @@ class ParallelVectorEnv(ManyWorlds):
     as in :class:`predprey_env.PredPreyVectorEnv`.
 
     Infos hold, for each agent, ``captured``, ``n_captured`` and ``steps``, int64 ``(n_worlds,)``, and with
-    ``action_masks=True`` ``action_mask``, int8 ``(n_worlds, n_actions)``. With
+    ``mask_actions=True`` ``action_mask``, int8 ``(n_worlds, n_actions)``. With
     ``AutoresetMode.SAME_STEP``, in a step in which a world ended they also hold ``final_obs``, the observation before
     any reset, and ``_final_obs``, bool ``(n_worlds,)``, which marks the worlds that ended. :attr:`final_state` is the
     state before any reset.
@@ -220,7 +220,7 @@ class ParallelVectorEnv(ManyWorlds):
             count(self._worlds, rows, self._rules, counts)
             for i, agent in enumerate(self._names[team]):
                 infos[agent] = {name: array[:, i] for name, array in counts._asdict().items()}
-                if self.config.action_masks:
+                if self.config.mask_actions:
                     infos[agent]["action_mask"] = action_mask(
                         infos[agent]["captured"] == 0, self._shapes[team].n_actions
                     )

@@ -312,7 +312,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
             }
             for agent, i in self._rows(agents)
         }
-        if self._config.action_masks:
+        if self._config.mask_actions:
             for agent, info in infos.items():
                 acts = bool(info["in_turn"]) and not info["captured"]
                 info["action_mask"] = action_mask(acts, self._n_actions[self._index[agent]])

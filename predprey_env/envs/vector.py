@@ -80,7 +80,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
     with several opponents ``opponent``, the index of the one that plays in the row's world. With
     ``AutoresetMode.SAME_STEP``, ``final_obs`` holds each row's observation before any reset, from which to bootstrap
     values where ``truncated`` is set, and ``final_info`` holds the infos from before any reset. With
-    ``action_masks=True``, ``action_mask`` is int8 ``(num_envs, n_actions)``.
+    ``mask_actions=True``, ``action_mask`` is int8 ``(num_envs, n_actions)``.
     """
 
     team: TeamName = read_only("team")
@@ -274,7 +274,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         counts = make_counts(self.n_worlds, self._rows)
         count(self._worlds, self._rows, self._rules, counts)
         infos: Infos = {name: array.ravel() for name, array in counts._asdict().items()}
-        if self.config.action_masks:
+        if self.config.mask_actions:
             infos["action_mask"] = action_mask(infos["captured"] == 0, int(self.single_action_space.n))
         if len(self._seats) > 1:
             infos["opponent"] = np.repeat(self._members().astype(np.int64), self._rows.n_agents)

@@ -42,7 +42,7 @@ st.register_type_strategy(
             "credit": st.sampled_from(["team", "individual"]),
             "prey_fitness": st.sampled_from(["lifespan", "complementary"]),
             "reward": st.sampled_from(["terminal", "dense"]),
-            **{name: st.booleans() for name in sorted(SIGHT - {"action_masks"})},
+            **{name: st.booleans() for name in sorted(SIGHT - {"mask_actions"})},
         }
     ).map(lambda fields: EnvConfig(**fields)),
 )

@@ -8,7 +8,7 @@ import pytest
 from predprey_env import joint_env, parallel_env, parallel_vector_env, team_view, vector_env
 
 ALL_FOUR, ALL_FIVE, NONE = [1, 1, 1, 1], [1, 1, 1, 1, 1], [1, 0, 0, 0]
-WORLD = {"n_predators": 1, "n_prey": 2, "size": 9, "action_masks": True}
+WORLD = {"n_predators": 1, "n_prey": 2, "size": 9, "mask_actions": True}
 STARTS = [[0, 0], [2, 0], [5, 5]]  # the predator goes east, prey_0 west: they meet in (1, 0)
 
 
@@ -22,7 +22,7 @@ def test_a_caught_prey_is_left_one_action() -> None:
     masks = {agent: info["action_mask"].tolist() for agent, info in infos.items()}
     assert masks == {"predator_0": ALL_FIVE, "prey_0": NONE, "prey_1": ALL_FOUR}
     assert env.action_space("prey_0").sample(infos["prey_0"]["action_mask"]) == 0
-    no_idling = parallel_env(predator_idle=False, action_masks=True)
+    no_idling = parallel_env(predator_idle=False, mask_actions=True)
     assert no_idling.reset()[1]["predator_0"]["action_mask"].tolist() == ALL_FOUR
 
 

@@ -64,7 +64,7 @@ def test_where_nothing_is_compiled_one_line_names_the_variable_and_single_worlds
     )
 
 
-@pytest.mark.parametrize("n_worlds", [0, -3, 2.0, "2", None, True, np.float64(2), np.bool_(True)])
+@pytest.mark.parametrize("n_worlds", [0, -3, 2.0, "2", True, np.float64(2), np.bool_(True)])
 def test_a_number_of_worlds_that_is_none_is_refused(n_worlds: Any) -> None:
     with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
         vector_env(n_worlds, "prey", "random")
