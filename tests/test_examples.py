@@ -56,7 +56,7 @@ def test_a_compiled_player_is_faster_than_the_same_rule_in_python(tmp_path: Path
 
 def test_another_selection_scheme_breeds_predators_that_catch_prey(tmp_path: Path) -> None:
     told = printed("own_selection.py", tmp_path)
-    assert re.findall(r"^[\w:]+", told, re.MULTILINE) == ["esp", "__main__:Tournament"]
+    assert re.findall(r"^([\w:]+?) *: the", told, re.MULTILINE) == ["esp", "__main__:Tournament"]
     first = figures(r"catch (\d\.\d\d) of the prey at first", told)
     assert first[0] == first[1], "both begin with the same genomes"
     assert all(0 < caught < 1 for caught in figures(r"(\d\.\d\d) in the last ones", told))
