@@ -9,7 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig
-from predprey_env.rules.dynamics import World, count_alive, predators_turn, prey_turn, step
+from predprey_env.rules.dynamics import (
+    EVERYBODY,
+    NOBODY,
+    PREDATORS,
+    PREY,
+    World,
+    count_alive,
+    predators_turn,
+    prey_turn,
+    remember_moves,
+    step,
+)
 from predprey_env.rules.starts import draw_each, draw_starts, given_starts
 
 EAST, WEST, NORTH, SOUTH, IDLE = range(5)
@@ -281,3 +292,12 @@ def test_a_crowded_start_is_found_in_few_draws() -> None:
     crowded = config(50, 50, size=10)
     starts = draw_starts(Patience(np.random.PCG64(0)), 1, crowded)
     assert _collisions(starts, 50) == 0
+
+
+@pytest.mark.parametrize(
+    ("turn", "expected"), [(NOBODY, [4, 4, 4]), (EVERYBODY, [0, 1, 2]), (PREY, [4, 4, 2]), (PREDATORS, [0, 1, 4])]
+)
+def test_the_last_moves_are_those_of_who_moves_in_the_turn(turn: int, expected: list[int]) -> None:
+    moved = np.full(3, 4, np.int32)
+    remember_moves(np.array([0, 1, 2], np.int32), turn, EnvConfig(n_predators=2, n_prey=1).rules, moved)
+    assert moved.tolist() == expected
