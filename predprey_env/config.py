@@ -204,7 +204,7 @@ class EnvConfig(Settings):
 
     @property
     def sight(self) -> Sight:
-        """What agents observe, as plain numbers for compiled code."""
+        """Return what agents observe, as plain numbers for compiled code."""
         return Sight(*(getattr(self, f"see_{name}") for name in Sight._fields))
 
     @property

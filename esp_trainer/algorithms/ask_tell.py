@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, ClassVar
@@ -22,9 +23,9 @@ class AskTell(WholeTeams):
     NumPy's global generator: it is seeded for each call.
     """
 
+    @abstractmethod
     def optimiser(self, start: np.ndarray, seed: int) -> Any:
         """Return an optimiser that starts from a vector, float64 ``(n_parameters,)``."""
-        raise NotImplementedError
 
     def begin(self, generator: np.random.Generator) -> None:
         """Start the optimiser from a random team."""
@@ -44,7 +45,7 @@ class AskTell(WholeTeams):
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the start, and the seed of each call and the losses that were told since."""
-        losses = np.array(self._losses, np.float64).reshape(len(self._losses), -1)
+        losses = np.array(self._losses) if self._losses else np.zeros((0, 0))  # none yet after a start or a burst
         return {"start": self._start, "seeds": np.array(self._seeds, np.int64), "losses": losses}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:

@@ -39,7 +39,9 @@ def algorithm_class(name: str) -> type[Algorithm]:
         raise ValueError(f"algorithm {name} cannot be imported: {line}") from None
     if not inspect.isclass(found):
         raise ValueError(f"algorithm {name} must be a class, got {type(found).__name__}")
-    missing = [call for call in _CALLS if not callable(getattr(found, call, None))]
+    abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())
+    missing = [call for call in _CALLS if not callable(getattr(found, call, None)) or call in abstract]
+    missing += sorted(abstract.difference(_CALLS))
     if missing:
         raise ValueError(f"algorithm {name} has no {' and no '.join(f'{call}()' for call in missing)}")
     return cast("type[Algorithm]", found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar
@@ -20,7 +21,7 @@ Self = TypeVar("Self", bound="WholeTeams")
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
 
 
-class WholeTeams:
+class WholeTeams(ABC):
     """A population of whole teams. A subclass says which vectors are played, and what follows from their scores.
 
     In each round of trials every team plays once, in random order, so that the trials of a block, which have the same
@@ -69,29 +70,29 @@ class WholeTeams:
 
     # -- what a subclass defines ----------------------------------------------------------------------------------
 
+    @abstractmethod
     def begin(self, generator: np.random.Generator) -> None:
         """Set up the population."""
-        raise NotImplementedError
 
+    @abstractmethod
     def vectors(self, generator: np.random.Generator) -> np.ndarray:
         """Return the teams of a generation, ``(n_teams, n_parameters)``."""
-        raise NotImplementedError
 
+    @abstractmethod
     def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:
         """Go on from the mean fitness of each team, ``(n_teams,)``; higher is better."""
-        raise NotImplementedError
 
+    @abstractmethod
     def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:
         """Start again around a vector, ``(n_parameters,)``."""
-        raise NotImplementedError
 
+    @abstractmethod
     def state(self) -> dict[str, np.ndarray]:
         """Return the state as arrays."""
-        raise NotImplementedError
 
+    @abstractmethod
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take on a state."""
-        raise NotImplementedError
 
     # -- what coevolution calls -----------------------------------------------------------------------------------
 
@@ -136,7 +137,10 @@ class WholeTeams:
     @property
     def n_teams(self) -> int:
         """Number of teams in a population: the option ``n_teams``, or ``esp.subpopulation_size``."""
-        return int(self.options.get("n_teams", 0)) or self.config.subpopulation_size
+        n_teams = int(self.options.get("n_teams", 0)) or self.config.subpopulation_size
+        if n_teams < 4:
+            raise ValueError(f"option n_teams must be at least 4, got {n_teams}")
+        return n_teams
 
     def genomes_of(self, vectors: np.ndarray) -> np.ndarray:
         """Return the genes of teams, float32 ``(n_teams, *shape)``; genes that no network reads are 0."""

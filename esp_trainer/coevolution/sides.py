@@ -72,10 +72,8 @@ def _started(config: RunConfig, role: Role, controller: Controller, n_genomes: i
         kind = algorithm_class(name)
         try:
             signature(kind.start).bind(config.esp, controller, n_genomes, generator, **options)
-            return kind.start(config.esp, controller, n_genomes, generator, **options)
         except TypeError as error:
-            if not options:
-                raise
-            raise ValueError(f"algorithm {name} does not take these options: {error}") from None
+            raise ValueError(f"algorithm {name} cannot start with these options: {error}") from None
+        return kind.start(config.esp, controller, n_genomes, generator, **options)
     except ValueError as error:
         raise ValueError(f"{role}: {error}") from None

@@ -85,7 +85,7 @@ class Team:
 
     @property
     def sight(self) -> Sight:
-        """What the agents observe, in whatever world they play; see :class:`predprey_env.policies.Policy`."""
+        """Return what the agents observe, in whatever world they play; see :class:`predprey_env.policies.Policy`."""
         return self.controller.sight
 
     @property

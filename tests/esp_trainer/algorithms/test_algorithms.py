@@ -123,6 +123,22 @@ def test_a_burst_begins_again_around_the_champion(name: str) -> None:
     assert np.abs(middle - champion).mean() < 0.25
 
 
+@EVERY
+def test_a_state_right_after_a_start_or_a_burst_can_be_taken_on(name: str) -> None:
+    first, second = start(name, 1), start(name, 2)
+    second.restore(first.state())
+    assert genes_of(second.ask(rng(3))).tobytes() == genes_of(first.ask(rng(3))).tobytes()
+    first, second = start(name, 1), start(name, 2)
+    generation(first, rng())
+    first.burst(np.ones((N_AGENTS, *CONTROLLER.shape), np.float32), rng())
+    second.restore(first.state())
+    assert genes_of(second.ask(rng(3))).tobytes() == genes_of(first.ask(rng(3))).tobytes()
+
+
+class Unfinished(AskTell):
+    """Has no optimiser."""
+
+
 @WHOLE
 def test_the_trials_of_a_round_hold_each_team_once(name: str) -> None:
     algorithm = start(name)
@@ -146,6 +162,15 @@ class Recorder(WholeTeams):
 
     def learn(self, vectors: np.ndarray, scores: np.ndarray, generator: np.random.Generator) -> None:
         self.told = scores
+
+    def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:
+        raise AssertionError
+
+    def state(self) -> dict[str, np.ndarray]:
+        raise AssertionError
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        raise AssertionError
 
 
 def test_a_teams_score_is_the_mean_of_its_trials_over_its_agents() -> None:
@@ -254,6 +279,8 @@ def test_any_optimiser_with_ask_and_tell_can_breed_and_is_resumed_by_telling_it_
         ("nowhere:Class", "algorithm nowhere:Class cannot be imported: ModuleNotFoundError: No module named 'nowhere'"),
         ("json:nothing", "algorithm json:nothing cannot be imported: AttributeError: .*"),
         ("json:dumps", "algorithm json:dumps must be a class, got function"),
+        (f"{__name__}:Unfinished", ".* has no optimiser\\(\\)"),
+        ("esp_trainer.algorithms:WholeTeams", ".* has no state\\(\\) and no restore\\(\\) and no around\\(\\) and .*"),
         ("pathlib:Path", "algorithm pathlib:Path has no start\\(\\) and no ask\\(\\) and no tell\\(\\) and .*"),
     ],
 )
@@ -269,6 +296,7 @@ def test_a_name_that_is_no_algorithm_is_refused_in_one_line(name: str, message: 
         ({"sgma": 1}, "unknown option sgma; there are sigma, learning_rate, weight_decay"),
         ({"sigma": "big"}, "option sigma must be a finite number of at least 0, got 'big'"),
         ({"sigma": float("nan")}, "option sigma must be a finite number of at least 0, got nan"),
+        ({"sigma": "1"}, "option sigma must be a finite number of at least 0, got '1'"),
         ({"sigma": True}, "option sigma must be a finite number of at least 0, got True"),
     ],
 )
@@ -295,3 +323,9 @@ def test_vectors_that_are_no_teams_are_refused(found: np.ndarray, message: str) 
     broken.found = found  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match=f"^{message}$"):
         broken.ask(rng())
+
+
+@pytest.mark.parametrize("name", ["ga", "cosyne", "cma_es"])
+def test_a_population_has_at_least_four_teams(name: str) -> None:
+    with pytest.raises(ValueError, match=r"^option n_teams must be at least 4, got 1$"):
+        start(name, n_teams=1)

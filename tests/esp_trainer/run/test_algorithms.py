@@ -44,7 +44,7 @@ def test_a_run_that_was_stopped_ends_in_the_bytes_of_one_that_was_not(
             {"prey.algorithm": "ga", "prey.algorithm_options": {"size": 3}},
             "prey: unknown option size; there are n_teams",
         ),
-        ({"predators.algorithm_options": {"size": 3}}, "predators: algorithm esp does not take these options: .*"),
+        ({"predators.algorithm_options": {"size": 3}}, "predators: algorithm esp cannot start with these options: .*"),
     ],
 )
 def test_an_algorithm_that_cannot_start_is_told_with_its_side(
