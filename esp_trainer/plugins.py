@@ -1,11 +1,15 @@
-"""Import of a user's modules, by name."""
+"""Parts of an experiment by name: those that ship, and a user's own classes."""
 
 from __future__ import annotations
 
+import difflib
 import importlib
+import inspect
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 
 def import_here(name: str) -> ModuleType:
@@ -14,3 +18,30 @@ def import_here(name: str) -> ModuleType:
     if here not in sys.path:
         sys.path.insert(0, here)
     return importlib.import_module(name)
+
+
+def find_class(part: str, name: str, known: Mapping[str, str]) -> type[Any]:
+    """Return the class of a part by its name in ``known``, or as ``module:Class``.
+
+    Args:
+        part: What the class is for, as the config and error messages name it.
+        name: Name of the class.
+        known: Name -> class that ships, as ``module:Class``.
+
+    Raises:
+        ValueError: There is no such class; the message is one line.
+    """
+    place = known.get(name, name)
+    if ":" not in place:
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise ValueError(f"{part} must be one of {', '.join(known)} or module:Class, got {name!r}{hint}")
+    module, _, attribute = place.partition(":")
+    try:
+        found = getattr(import_here(module), attribute)
+    except Exception as error:
+        line = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"{part} {name} cannot be imported: {line}") from None
+    if not inspect.isclass(found):
+        raise ValueError(f"{part} {name} must be a class, got {type(found).__name__}")
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
@@ -41,9 +41,9 @@ class Controller(NamedTuple):
     """Number of networks that read the observation."""
     n_inputs: int
     """Number of inputs of each network that reads the observation, without the bias."""
-    n_hidden: int
-    blank: tuple[np.float32, ...]
-    """One zero for each action; compiled code takes the number of actions from the type."""
+    network: Any
+    """Kind of all networks, a :class:`~esp_trainer.networks.protocol.Network`: the rule by which they compute, and
+    their size."""
     bias: bool
     logistic_output: bool
     draws: bool
@@ -58,23 +58,47 @@ class Controller(NamedTuple):
     n_together: int
     """Number of agents that one set of networks controls: 1, or the whole team for a central controller. A central
     controller reads the concatenated observations of all agents, and its neurons have output weights for each."""
-    n_genes: int
-    """Length of a gene string in the genome; those of networks that need fewer genes are padded with zeros."""
     sight: Sight
     """What the agents observe."""
     wiring: np.ndarray
     """int64 ``(n_networks, n_inputs)``: indices of the observation entries that each network reads."""
 
     @property
+    def n_hidden(self) -> int:
+        """Number of hidden neurons of each network."""
+        return int(self.network.n_hidden)
+
+    @property
+    def n_genes(self) -> int:
+        """Length of a gene string in the genome; those of networks that need fewer genes are padded with zeros."""
+        return int(self.network.n_genes)
+
+    @property
+    def n_actions(self) -> int:
+        """Number of actions."""
+        return len(self.network.blank)
+
+    @property
+    def n_memory(self) -> int:
+        """Number of rows of memory of an agent: a random state, and what its networks remember."""
+        return 1 + len(self.fan_in) * int(self.network.n_memory)
+
+    @property
+    def remembers(self) -> bool:
+        """True if the action depends on earlier steps."""
+        return bool(self.network.n_memory > 0)
+
+    @property
     def fan_in(self) -> tuple[int, ...]:
         """Number of inputs of each network of the genome, without the bias; the combiner comes last."""
-        combiner = (self.n_networks * len(self.blank),) if self.combines else ()
+        combiner = (self.n_networks * self.n_actions,) if self.combines else ()
         return (self.n_inputs,) * self.n_networks + combiner
 
     @property
     def used_genes(self) -> tuple[int, ...]:
         """Number of genes of a neuron that each network of the genome reads."""
-        return tuple(n + int(self.bias) + self.n_together * len(self.blank) for n in self.fan_in)
+        n_outputs, n_hidden = self.n_together * self.n_actions, self.n_hidden
+        return tuple(int(self.network.genes(n + int(self.bias), n_outputs, n_hidden)) for n in self.fan_in)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -89,7 +113,7 @@ class Controller(NamedTuple):
     @property
     def n_votes(self) -> int:
         """Number of rows that compiled code needs for the outputs of the networks."""
-        return len(self.blank) * (self.n_networks if self.combines else 1)
+        return self.n_actions * (self.n_networks if self.combines else 1)
 
 
 class TeamBatch(Protocol):

@@ -43,7 +43,7 @@ class Block(NamedTuple):
     moved: IntegerRows
     """Last action that each agent has played; idle before the first."""
     memory: IntegerRows
-    """Memory of the players: ``MEMORY`` rows for each agent."""
+    """Memory of the players: the same number of rows for each agent."""
 
 
 def team_rows(config: EnvConfig, name: TeamName) -> TeamRows:
@@ -51,12 +51,16 @@ def team_rows(config: EnvConfig, name: TeamName) -> TeamRows:
     return TeamRows(0 if name == "predators" else config.n_predators, config.team(name).n_agents)
 
 
-def make_block(rules: Rules, *shape: int) -> Block:
-    """Return the memory of a block, or of as many blocks as a leading ``shape`` has room for."""
+def make_block(rules: Rules, *shape: int, n_memory: int = MEMORY) -> Block:
+    """Return the memory of a block, or of as many blocks as a leading ``shape`` has room for.
+
+    The players have ``n_memory`` rows of memory for each agent, the most that one of them needs
+    (:data:`~predprey_env.policies.memory_rows`).
+    """
     n_prey, n_agents = rules.n_prey, rules.n_predators + rules.n_prey
     x, y, alive, clock, survived, actions, moved, memory = (
         lane_zeros(np.int32, *shape, rows)
-        for rows in (n_agents, n_agents, n_prey, 1, n_prey, n_agents, n_agents, n_agents * MEMORY)
+        for rows in (n_agents, n_agents, n_prey, 1, n_prey, n_agents, n_agents, n_agents * n_memory)
     )
     return Block(World(x, y, alive), clock, survived, actions, moved, memory)
 
@@ -87,14 +91,20 @@ def begin(block: Block, lane: int, start: Array, seed: int) -> None:
 
 
 @rule
+def rows_of_memory(block: Block) -> int:
+    """Return the number of rows of memory of each agent."""
+    return len(block.memory) // len(block.world.x)
+
+
+@rule
 def reset_memory(block: Block, lane: int, seed: int) -> None:
     """Reset the players' memory in one world to its state at the start of an episode."""
-    n_predators = len(block.world.x) - len(block.world.alive)
+    n_predators, n_memory = len(block.world.x) - len(block.world.alive), rows_of_memory(block)
     for agent in range(len(block.world.x)):
         prey = agent >= n_predators
         number = agent - n_predators * prey
-        for row in range(MEMORY):
-            block.memory[agent * MEMORY + row, lane] = first_memory(seed, prey, number, row)
+        for row in range(n_memory):
+            block.memory[agent * n_memory + row, lane] = first_memory(seed, prey, number, row)
 
 
 @rule
@@ -109,13 +119,13 @@ def observe_team(block: Block, first: int, n_agents: int, rules: Rules, sight: S
 def choose_actions(block: Block, first: int, n_agents: int, player: Player, rules: Rules, seen: FloatRows) -> None:
     """Let every agent of a team, whose rows begin at ``first``, observe and choose its action."""
     together = sees_team(player)  # such a player needs the observations of all agents before the first action
-    sight = sight_of(player)
+    sight, n_memory = sight_of(player), rows_of_memory(block)
     if together:
         observe_team(block, first, n_agents, rules, sight, seen)
     for agent in range(n_agents):
         if not together:
             observe(block.world, block.moved, first + agent, rules, sight, seen, 0)
-        action = choose(player, agent, seen, block.memory, (first + agent) * MEMORY)
+        action = choose(player, agent, seen, block.memory, (first + agent) * n_memory)
         store(block.actions, first + agent, action)
 
 

@@ -68,6 +68,12 @@ def test_an_algorithm_of_ones_own_breeds_predators_that_catch_prey(tmp_path: Pat
     assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
 
 
+def test_a_network_of_ones_own_evolves(tmp_path: Path) -> None:
+    told = printed("own_network.py", tmp_path)
+    assert re.findall(r"^\w+", told, re.MULTILINE) == ["leaky", "feedforward"]
+    assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
+
+
 def test_a_race_is_measured_by_cross_play(tmp_path: Path) -> None:
     told = printed("coevolve.py", tmp_path)
     rows = re.findall(r"^ +\d+ \|(.*)$", told, re.MULTILINE)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
-import inspect
 from typing import Any, cast
 
 from esp_trainer.algorithm import Algorithm
-from esp_trainer.plugins import import_here
+from esp_trainer.plugins import find_class
 
 ALGORITHMS = {
     "esp": "esp_trainer.esp.subpopulations:Subpopulations",
@@ -26,19 +24,7 @@ def algorithm_class(name: str) -> type[Algorithm]:
 
     Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol.
     """
-    place = ALGORITHMS.get(name, name)
-    if ":" not in place:
-        near = difflib.get_close_matches(name, ALGORITHMS, n=1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise ValueError(f"algorithm must be one of {', '.join(ALGORITHMS)} or module:Class, got {name!r}{hint}")
-    module, _, attribute = place.partition(":")
-    try:
-        found = getattr(import_here(module), attribute)
-    except Exception as error:
-        line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"algorithm {name} cannot be imported: {line}") from None
-    if not inspect.isclass(found):
-        raise ValueError(f"algorithm {name} must be a class, got {type(found).__name__}")
+    found = find_class("algorithm", name, ALGORITHMS)
     abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())
     missing = [call for call in _CALLS if not callable(getattr(found, call, None)) or call in abstract]
     missing += sorted(abstract.difference(_CALLS))

@@ -97,7 +97,7 @@ def _world_in_words(team: Team, path: str) -> str:
 
 
 def _shapes(controller: Controller) -> str:
-    outputs = len(controller.blank) * controller.n_together
+    outputs = controller.n_actions * controller.n_together
     return " and ".join(f"{fan_in}-{controller.n_hidden}-{outputs}" for fan_in in dict.fromkeys(controller.fan_in))
 
 
@@ -157,7 +157,7 @@ def _assumed_world(name: str, team: Team) -> EnvConfig:
     """Return the paper's world with as many agents as a team has and sees, and print a note about it."""
     sees = team.n_opponents
     if team.role == "predators":
-        idles = len(team.controller.blank) == EnvConfig().n_predator_actions
+        idles = team.controller.n_actions == EnvConfig().n_predator_actions
         env = EnvConfig(n_predators=team.n_agents, n_prey=sees, predator_idle=idles)
     else:
         env = EnvConfig(n_predators=sees, n_prey=team.n_agents)

@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from esp_trainer.config import SideConfig
+from esp_trainer.networks.registry import make_network
 from esp_trainer.types import Controller
 from predprey_env.config import PLAIN_SIGHT, Sight
 
@@ -30,8 +31,7 @@ def make_controller(
     controller = Controller(
         n_networks=wiring.shape[0],
         n_inputs=wiring.shape[1],
-        n_hidden=side.n_hidden,
-        blank=(np.float32(0.0),) * n_actions,
+        network=make_network(side.network, side.n_hidden, n_actions),
         bias=side.bias,
         logistic_output=side.output == "logistic",
         draws=side.choice == "drawn",
@@ -39,11 +39,10 @@ def make_controller(
         input_scale=np.float32(side.input_scale),
         combines=side.controller == "combiner",
         n_together=n_agents if side.controller == "central" else 1,
-        n_genes=0,
         sight=sight,
         wiring=np.ascontiguousarray(wiring, np.int64),
     )
-    return controller._replace(n_genes=max(controller.used_genes))
+    return controller._replace(network=controller.network._replace(n_genes=max(controller.used_genes)))
 
 
 def offset_wiring(side: SideConfig, n_opponents: int, n_agents: int = 1, sight: Sight = PLAIN_SIGHT) -> np.ndarray:

@@ -6,49 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from esp_trainer.networks.activations import exponential, logistic
+from esp_trainer.networks.protocol import respond
 from esp_trainer.types import Controller
 from predprey_env.config import Sight
 from predprey_env.jit.compilation import rule
-from predprey_env.jit.floats import ROUNDER, add_products, fma, power_of_two, zeros
 from predprey_env.jit.lanes import load, store, where
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import next_state, unit_float
-from predprey_env.policies.protocol import choose, sees_team, sight_of
+from predprey_env.policies.protocol import choose, memory_rows, sees_team, sight_of
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
-LOG2_E = np.float32(1.4426950408889634)
-BOUND = np.float32(44.0)
-# Minimax coefficients of 2**f on [-1/2, 1/2] (Remez); relative error below 2e-7.
-_C1, _C2, _C3 = np.float32(0.693146944), np.float32(0.240221202), np.float32(0.055507131)
-_C4, _C5 = np.float32(0.009675541), np.float32(0.001327647)
-
-
-@rule
-def logistic(z: Value) -> Value:
-    """Return ``1 / (1 + exp(-z))`` in 32-bit floats, without a library call; the error is below 2e-7.
-
-    Inputs beyond 44 or -44 count as that bound. There the true value differs from 0 or 1 by less than 1e-19, and
-    smaller activations would lead to denormal products, which are many times slower.
-    """
-    z = where(z < -BOUND, -BOUND, z)
-    z = where(z > BOUND, BOUND, z)
-    shifted = fma(z, -LOG2_E, ROUNDER)
-    power = _fraction_of_power(fma(z, -LOG2_E, ROUNDER - shifted))
-    return ONE / fma(power, power_of_two(shifted), ONE)
-
-
-@rule
-def exponential(z: Value) -> Value:
-    """Return ``exp(z)`` for z up to 0 in 32-bit floats, without a library call. Inputs below -44 count as -44."""
-    z = where(z < -BOUND, -BOUND, z)
-    shifted = fma(z, LOG2_E, ROUNDER)
-    return _fraction_of_power(fma(z, LOG2_E, ROUNDER - shifted)) * power_of_two(shifted)
-
-
-@rule
-def _fraction_of_power(f: Value) -> Value:
-    """Return ``2 ** f`` for f in [-1/2, 1/2]."""
-    return fma(fma(fma(fma(fma(f, _C5, _C4), f, _C3), f, _C2), f, _C1), f, ONE)
 
 
 @rule
@@ -61,21 +29,16 @@ def add_votes(
     member: int,
     votes: FloatRows,
     row: int,
+    memory: IntegerRows,
+    context: int,
 ) -> None:
     """Add one network's outputs to the votes for each action, which begin at row ``row``.
 
     ``weights`` holds the gene strings of the network's hidden neurons, one after the other, from row ``at`` on. Of
-    their output weights, those for a ``member`` of the team are used.
+    their output weights, those for a ``member`` of the team are used. The network's memory begins at row ``context``.
     """
-    fan_in = n_inputs + (1 if controller.bias else 0)
-    head = fan_in + member * len(controller.blank)
-    outputs = zeros(weights, controller.blank)
-    for _ in range(controller.n_hidden):
-        z = fma(load(weights, at + 1), load(inputs, 1), load(weights, at) * load(inputs, 0))
-        for i in range(2, fan_in):
-            z = fma(load(weights, at + i), load(inputs, i), z)
-        outputs = add_products(outputs, weights, at + head, logistic(z))
-        at += controller.n_genes
+    network, fan_in = controller.network, n_inputs + (1 if controller.bias else 0)
+    outputs = respond(network, weights, at, inputs, fan_in, member * len(network.blank), memory, context)
     speaks = load(inputs, 0) != ZERO
     if controller.skip_silent:
         for i in range(1, n_inputs):
@@ -98,15 +61,17 @@ def vote(
     seen: FloatRows,
     inputs: FloatRows,
     votes: FloatRows,
+    memory: IntegerRows,
+    context: int,
 ) -> None:
     """Write the votes of all networks for each action to the first rows of ``votes``.
 
     The votes are the sums of the networks' outputs (section VI, figure 3), or the outputs of the combiner (section
     VIII). ``weights`` holds the networks, one after the other, from row ``at`` on. ``member`` is the index of the
     voting agent among those that the networks control together. ``inputs`` and ``votes`` are scratch of at least
-    ``max(fan_in) + 1`` and ``n_votes`` rows.
+    ``max(fan_in) + 1`` and ``n_votes`` rows. The networks' memory begins at row ``context`` of ``memory``.
     """
-    n_actions = len(controller.blank)
+    n_actions = len(controller.network.blank)
     for network in range(controller.n_networks + (1 if controller.combines else 0)):
         combiner = network == controller.n_networks
         n_inputs = controller.n_networks * n_actions if combiner else controller.n_inputs
@@ -120,8 +85,9 @@ def vote(
         if network == 0 or controller.combines:
             for action in range(n_actions):
                 store(votes, row + action, ZERO)
-        add_votes(controller, weights, at, inputs, n_inputs, member, votes, row)
-        at += controller.n_hidden * controller.n_genes
+        add_votes(controller, weights, at, inputs, n_inputs, member, votes, row, memory, context)
+        at += controller.network.n_hidden * controller.network.n_genes
+        context += controller.network.n_memory
 
 
 @rule
@@ -129,7 +95,7 @@ def most_votes(controller: Controller, votes: FloatRows) -> Value:
     """Return the action with the most votes; the lowest index of equal ones."""
     more = load(votes, 1) > load(votes, 0)
     most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
-    for action in range(2, len(controller.blank)):
+    for action in range(2, len(controller.network.blank)):
         more = load(votes, action) > most
         most, winner = where(more, load(votes, action), most), where(more, action, winner)
     return winner
@@ -138,7 +104,7 @@ def most_votes(controller: Controller, votes: FloatRows) -> Value:
 @rule
 def accumulate(controller: Controller, votes: FloatRows) -> Value:
     """Replace the votes by the cumulative sums of ``exp(votes)``, up to a factor; return the total."""
-    n_actions, most = len(controller.blank), load(votes, 0)  # subtracting the largest vote avoids an overflow
+    n_actions, most = len(controller.network.blank), load(votes, 0)  # subtracting the largest vote avoids an overflow
     for action in range(1, n_actions):
         most = where(load(votes, action) > most, load(votes, action), most)
     total = exponential(load(votes, 0) - most)
@@ -156,7 +122,7 @@ def draw(controller: Controller, votes: FloatRows, memory: IntegerRows, at: int)
     Row ``at`` of ``memory`` holds the random state. The votes are overwritten. Once in 33 million samples the random
     number rounds up to 1, and the action is the last one whatever its probability.
     """
-    n_actions, total = len(controller.blank), accumulate(controller, votes)
+    n_actions, total = len(controller.network.blank), accumulate(controller, votes)
     state = load(memory, at)
     store(memory, at, next_state(state))
     point = unit_float(state) * total
@@ -177,22 +143,23 @@ class Networks(NamedTuple):
 
 
 @rule
-def agent_votes(networks: Networks, agent: int, seen: FloatRows) -> None:
+def agent_votes(networks: Networks, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> None:
     """Write the votes of one agent of an evolved team for each action to the first rows of ``networks.votes``.
 
-    For a central controller, ``seen`` holds the observations of all agents, one after the other.
+    For a central controller, ``seen`` holds the observations of all agents, one after the other. The agent's memory
+    begins at row ``at``: a random state, then what its networks remember.
     """
     controller = networks.controller
     genome, member = agent // controller.n_together, agent % controller.n_together
     n_networks = controller.n_networks + (1 if controller.combines else 0)
-    first = genome * n_networks * controller.n_hidden * controller.n_genes
-    vote(controller, networks.weights, first, member, seen, networks.inputs, networks.votes)
+    first = genome * n_networks * controller.network.n_hidden * controller.network.n_genes
+    vote(controller, networks.weights, first, member, seen, networks.inputs, networks.votes, memory, at + 1)
 
 
 @rule
 def play(networks: Networks, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
     """Return the action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
-    agent_votes(networks, agent, seen)
+    agent_votes(networks, agent, seen, memory, at)
     if networks.controller.draws:
         return draw(networks.controller, networks.votes, memory, at)
     return most_votes(networks.controller, networks.votes)
@@ -210,6 +177,12 @@ def networks_sight(networks: Networks) -> Sight:
     return networks.controller.sight
 
 
+def n_memory(networks: Networks) -> int:
+    """Return the rows of memory of each agent; see :data:`predprey_env.policies.protocol.memory_rows`."""
+    return networks.controller.n_memory
+
+
 choose.register(Networks, play)
 sees_team.register(Networks, reads_team)
 sight_of.register(Networks, networks_sight)
+memory_rows.register(Networks, n_memory)

@@ -18,7 +18,7 @@ from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import EnvConfig, Sight
 from predprey_env.jit.compilation import entry_point
-from predprey_env.policies.protocol import Memories, choose
+from predprey_env.policies.protocol import MEMORY, Memories, choose
 from predprey_env.settings import plain
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
@@ -53,7 +53,7 @@ class Team:
     _memories: Memories = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_memories", Memories(self.role == "prey"))
+        object.__setattr__(self, "_memories", Memories(self.role == "prey", max(MEMORY, self.controller.n_memory)))
         object.__setattr__(self, "provenance", self.provenance or {})  # None counts as no provenance
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
@@ -146,8 +146,8 @@ class Team:
             raise ValueError(f"this world has {n_agents} {role}, got a team of {self.n_agents}")
         if sees != n_opponents:
             raise ValueError(f"this world has {n_opponents} {other_team(role)}, got {role} evolved against {sees}")
-        if len(self.controller.blank) != n_actions:
-            got = len(self.controller.blank)
+        if self.controller.n_actions != n_actions:
+            got = self.controller.n_actions
             raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
 
     def networks(self) -> Networks:
@@ -180,7 +180,7 @@ class Team:
             "role": self.role,
             "side": self.side.model_dump(),
             "n_agents": self.n_agents,
-            "n_actions": len(self.controller.blank),
+            "n_actions": self.controller.n_actions,
         }
         header |= {"n_seen": self.n_seen, "sight": self.sight._asdict(), "provenance": provenance}
         arrays = {"genomes": self.genomes, "wiring": self.controller.wiring}

@@ -141,7 +141,7 @@ def _scripted_side(role: Role, teams: ScriptedTeams, env: EnvConfig) -> BatchSid
 def _evolved_side(role: Role, teams: EvolvedTeams, n_trials: int, env: EnvConfig) -> BatchSide:
     n_agents, n_opponents, n_actions, _ = env.team(role)
     controller = teams.controller
-    got = len(teams.indices), teams.indices.shape[1] * controller.n_together, len(controller.blank)
+    got = len(teams.indices), teams.indices.shape[1] * controller.n_together, controller.n_actions
     if got != (n_trials, n_agents, n_actions):
         expected = f"{n_trials} trials, {n_agents} agents and {n_actions} actions"
         raise ValueError(f"teams must have {expected}, got {got[0]}, {got[1]} and {got[2]}")

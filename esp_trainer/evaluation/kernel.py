@@ -19,7 +19,7 @@ from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, any_of, lane_zeros, load, store, where
 from predprey_env.jit.values import Array, FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
-from predprey_env.policies.protocol import choose, sees_team, sight_of
+from predprey_env.policies.protocol import choose, memory_rows, sees_team, sight_of
 from predprey_env.policies.scripted import Script, follow
 from predprey_env.rules.dynamics import World, is_over
 
@@ -76,12 +76,13 @@ class Recorded(NamedTuple):
 
 def make_memory(rules: Rules, predators: BatchSide, prey: BatchSide) -> Memory:
     """Return working memory for a thread that plays blocks."""
+    both = _entrants(predators), _entrants(prey)
     return Memory(
-        block=make_block(rules),
+        block=make_block(rules, n_memory=max(memory_rows(each.networks) for each in both)),
         one=make_world(rules),
         seen=make_seen(rules),
-        predators=_entrants(predators),
-        prey=_entrants(prey),
+        predators=both[0],
+        prey=both[1],
         ended=lane_zeros(np.int32, 1),
         episode=np.zeros(LANES, np.int64),
     )

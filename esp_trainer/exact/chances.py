@@ -231,18 +231,22 @@ def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
 @ask_in.register
 def _(policy: Team, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
     policy.check_fits(role, config)
+    if policy.controller.remembers:
+        raise PolicyError(
+            f"{policy.side.network} networks remember, so that what they do does not follow from the position"
+        )
     found = np.zeros((*seen.shape[:2], config.team(role).n_actions))
     if policy.controller.n_together > 1:
         seen = np.repeat(seen.reshape(len(seen), 1, -1), seen.shape[1], axis=1)
-    _team_chances(policy.networks(), np.ascontiguousarray(seen), found)
+    _team_chances(policy.networks(), np.ascontiguousarray(seen), np.zeros(MEMORY, np.int32), found)
     return found
 
 
 @entry_point
-def _team_chances(networks: Networks, seen: Any, out: Any) -> None:
+def _team_chances(networks: Networks, seen: Any, memory: Any, out: Any) -> None:
     for state in range(out.shape[0]):
         for agent in range(out.shape[1]):
-            agent_votes(networks, agent, seen[state, agent])
+            agent_votes(networks, agent, seen[state, agent], memory, 0)
             if not networks.controller.draws:
                 out[state, agent, most_votes(networks.controller, networks.votes)] = 1.0
                 continue

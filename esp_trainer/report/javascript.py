@@ -19,7 +19,7 @@ import builtins
 import inspect
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ import numpy as np
 from predprey_env.jit import floats
 from predprey_env.policies import chance
 
-GIVEN = ("fma", "power_of_two", "as_float", "as_integer", "zeros", "add_products")
+GIVEN = ("fma", "power_of_two", "as_float", "as_integer", "zeros", "add_products", "bits_of", "float_of")
 """Functions of :mod:`predprey_env.jit.floats` that are written by hand in JavaScript."""
 
 _SIGNS: dict[type[ast.AST], str] = {
@@ -57,13 +57,14 @@ _FUNCTIONS: dict[Any, str] = {abs: "Math.abs", min: "Math.min", max: "Math.max",
 _ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)  # operations whose results are rounded to 32 bits
 
 
-def translate(*rules: Callable[..., Any], player: type | None = None, exact: str | None = None) -> str:
+def translate(*rules: Callable[..., Any], classes: Collection[type] = (), exact: str | None = None) -> str:
     """Translate rules, and all rules that they call, to JavaScript functions of the same names.
 
     Args:
         rules: Rules to translate.
-        player: Class of all players. A call of a generic function of the player, such as ``choose``, becomes a call of
-            the rule for this class.
+        classes: Classes of what is passed to generic functions such as ``choose``. A call of one becomes a call of the
+            rule for the only class that it has a rule for, or for the class that the first argument names as its
+            ``kind``.
         exact: Package whose rules compute with JavaScript's own numbers, integers and 64-bit floats.
 
     Raises:
@@ -72,6 +73,7 @@ def translate(*rules: Callable[..., Any], player: type | None = None, exact: str
     pending = [_source_of(rule) for rule in rules]
     found: dict[str, Callable[..., Any]] = {}
     texts: list[str] = []
+    generics: dict[str, str] = {}
     while pending:
         function = pending.pop(0)
         name = function.__name__
@@ -80,10 +82,17 @@ def translate(*rules: Callable[..., Any], player: type | None = None, exact: str
                 raise ValueError(f"two rules are called {name}: in {found[name].__module__} and {function.__module__}")
             continue
         found[name] = function
-        translation = _Translation(function, player, exact)
+        translation = _Translation(function, classes, exact)
         texts.append(translation.text)
         pending += translation.called
-    return "\n\n".join(texts) + "\n"
+        generics |= translation.generics
+    return "\n\n".join([*texts, *generics.values()]) + "\n"
+
+
+def _dispatch(name: str, rules: Mapping[type, Callable[..., Any]]) -> str:
+    """Return the JavaScript of a generic function: it calls the rule for the ``kind`` of its first argument."""
+    named = ", ".join(f"{cls.__name__}: {rule.__name__}" for cls, rule in rules.items())
+    return f"function {name}(one, ...others) {{\n  return ({{ {named} }})[one.kind](one, ...others);\n}}"
 
 
 def _source_of(rule: Any) -> Callable[..., Any]:
@@ -92,11 +101,16 @@ def _source_of(rule: Any) -> Callable[..., Any]:
 
 
 class _Translation:
-    """The translation of a function: ``text`` is its JavaScript, ``called`` the rules that it calls."""
+    """The translation of a function.
 
-    def __init__(self, function: Callable[..., Any], player: type | None, exact: str | None) -> None:
+    ``text`` is its JavaScript, ``called`` the rules that it calls, and ``generics`` the JavaScript of generic functions
+    by name.
+    """
+
+    def __init__(self, function: Callable[..., Any], classes: Collection[type], exact: str | None) -> None:
         self.called: list[Callable[..., Any]] = []
-        self._player = player
+        self.generics: dict[str, str] = {}
+        self._classes = classes
         self._known = function.__globals__
         self._of_integers = function.__module__ == chance.__name__
         self._exact = exact is not None and f"{function.__module__}.".startswith(f"{exact}.")
@@ -235,7 +249,12 @@ class _Translation:
     def _global(self, name: str) -> str:
         """Return the JavaScript name of a global of the rule's module: another rule, or a function in ``GIVEN``."""
         known = self._known.get(name, getattr(builtins, name, None))
-        known = getattr(known, "registry", {}).get(self._player, known)
+        rules = {cls: _source_of(rule) for cls, rule in getattr(known, "registry", {}).items() if cls in self._classes}
+        if len(rules) > 1:
+            self.called += rules.values()
+            self.generics[name] = _dispatch(name, rules)
+            return name
+        known = next(iter(rules.values()), known)
         if self._exact and inspect.isbuiltin(known) and known in _FUNCTIONS:
             return _FUNCTIONS[known]
         if name in GIVEN and known is getattr(floats, name):

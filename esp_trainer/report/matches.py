@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,16 @@ from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
 from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.evaluation.kernel import Entrants, seed_of
+from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.report.javascript import translate
 from esp_trainer.types import ROLES, Controller, Role
 from predprey_env.config import MOVES, EnvConfig
 from predprey_env.engine import play_step
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.protocol import MEMORY, first_memory
+from predprey_env.policies.protocol import first_memory
 from predprey_env.rules.dynamics import is_over
 from predprey_env.rules.observation import sight_rows
+from predprey_env.settings import plain
 
 _PLAYED = (play_step, seed_of, first_memory, is_over, sight_rows)
 _SEEN = (episode_of, unwrap, measure_offsets, detect, role_towards_any)
@@ -34,14 +37,24 @@ _USED = (
 """Functions that the page calls by name: to play a match, to show an agent's networks, and to detect behaviours."""
 
 
-def rules_in_javascript(floats: str) -> str:
+def rules_in_javascript(floats: str, networks: Iterable[type] = (FeedForward,)) -> str:
     """Return the rules of a match as JavaScript, in a scope of their own, as the page may use the same names.
 
     Args:
         floats: JavaScript of the floating-point functions that the rules need.
+        networks: Kinds of network that play.
+
+    Raises:
+        ValueError: The rule of a network is outside the subset of Python that can be translated.
     """
-    rules = translate(*_PLAYED, *_SEEN, player=Entrants, exact=behaviours.__name__)
+    rules = translate(*_PLAYED, *_SEEN, classes=(Entrants, *networks), exact=behaviours.__name__)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
+
+
+def network_kinds(histories: Iterable[History]) -> list[type]:
+    """Return the kinds of network that play in some runs, each once; the paper's if none plays."""
+    controllers = [side_controller(each.config, role) for each in histories for role in each.champions]
+    return list(dict.fromkeys(type(each.network) for each in controllers)) or [FeedForward]
 
 
 def world(env: EnvConfig) -> dict[str, Any]:
@@ -49,7 +62,6 @@ def world(env: EnvConfig) -> dict[str, Any]:
     return {
         "env": env.model_dump(),
         "rules": env.rules._asdict() | {"sight": env.sight._asdict()},
-        "memory": MEMORY,
         "moves": MOVES,
         "thresholds": Thresholds()._asdict(),
         "behaviours": {
@@ -84,14 +96,21 @@ def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, An
 
 def controller(networks: Controller) -> dict[str, Any]:
     """Return a controller in the form that the translated forward pass reads."""
-    plain = {
+    fields = {
         **networks._asdict(),
-        "blank": [0] * len(networks.blank),
+        "network": _network(networks.network),
         "input_scale": float(networks.input_scale),
         "sight": networks.sight._asdict(),
         "wiring": networks.wiring.tolist(),
     }
-    return {**plain, "fan_in": networks.fan_in, "n_votes": networks.n_votes}
+    numbers = {name: getattr(networks, name) for name in ("fan_in", "n_votes", "n_actions", "n_memory")}
+    return {**fields, **numbers}
+
+
+def _network(network: Any) -> dict[str, Any]:
+    """Return a network with its fields as plain numbers, and the name of its class as ``kind``."""
+    fields = {name: plain(value) for name, value in network._asdict().items() if name != "blank"}
+    return {**fields, "kind": type(network).__name__, "blank": [0] * len(network.blank)}
 
 
 def both(history: History, generations: np.ndarray) -> dict[Role, Any]:

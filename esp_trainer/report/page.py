@@ -54,10 +54,11 @@ def write_page(
 def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
+    rules, unplayable = _rules(sources)
     lines = story(runs)
     data = {
         "world": matches.world(sources[0].config.env),
-        "runs": _teams(runs),
+        "runs": _teams(runs, playable=not unplayable),
         "starts": _starts(runs),
         "moments": [*moments.of_phases(runs), *moments.of_behaviours(runs)],
         "matrix": charts.matrix(runs),
@@ -68,7 +69,7 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         subtitle=escape(_subtitle(sources)),
         story="\n".join(f"<li>{escape(line)}</li>" for line in lines),
         missing="\n".join(
-            f"<li>{escape(line)}</li>" for line in [*notes, *_missing(sources, moments.never_seen(runs))]
+            f"<li>{escape(line)}</li>" for line in [*notes, *unplayable, *_missing(sources, moments.never_seen(runs))]
         ),
         config=_config(sources[0].config),
         configured=escape(sources[0].name),
@@ -76,12 +77,23 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         style=_asset("style.css"),
         plotly=get_plotlyjs(),
         data=_json(data),
-        scripts="\n".join([matches.rules_in_javascript(_asset("floats.js")), *map(_script, _SCRIPTS)]),
+        scripts="\n".join([rules, *map(_script, _SCRIPTS)]),
     )
 
 
 def _asset(name: str) -> str:
     return (files(__package__) / "assets" / name).read_text("utf-8")
+
+
+def _rules(sources: Sequence[RunSource]) -> tuple[str, list[str]]:
+    """Return the rules as JavaScript, and a note if a network of the runs cannot be played in it."""
+    networks = matches.network_kinds(source.history for source in sources if source.history)
+    try:
+        return matches.rules_in_javascript(_asset("floats.js"), networks), []
+    except ValueError as error:
+        names = ", ".join(kind.__name__ for kind in networks)
+        note = f"No match can be played here: the rule of {names} has no translation to JavaScript ({error})."
+        return matches.rules_in_javascript(_asset("floats.js")), [note]
 
 
 def _script(name: str) -> str:
@@ -127,14 +139,14 @@ def _names(names: list[str], sources: Sequence[RunSource]) -> str:
     return "All runs" if len(names) == len(sources) else ", ".join(names)
 
 
-def _teams(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
+def _teams(runs: Sequence[MeasuredRuns], *, playable: bool) -> list[dict[str, Any]]:
     """Return the teams of each run: champions of all kept generations if they fit, else of the measured ones."""
     histories = [run.source.history for run in runs]
     size = sum(array.nbytes for history in histories if history for array in history.champions.values())
     return [
         {
             "name": run.source.name,
-            "sides": matches.both(history, _kept(run, history, whole=size <= _GENES)) if history else None,
+            "sides": matches.both(history, _kept(run, history, whole=size <= _GENES)) if history and playable else None,
         }
         for run, history in zip(runs, histories, strict=True)
     ]

@@ -22,11 +22,21 @@ from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.results import count, judge, make_counts, make_results
 from predprey_env.envs.spaces import action_space, observation_space
-from predprey_env.envs.worlds import forget, let_member_choose, look, move_chosen, move_opponents, move_team, tell
+from predprey_env.envs.worlds import (
+    forget,
+    let_member_choose,
+    look,
+    move_chosen,
+    move_opponents,
+    move_team,
+    tell,
+    with_memory,
+)
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import draw_seed
 from predprey_env.policies.outside import Seat, seat
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
+from predprey_env.policies.protocol import memory_rows
 from predprey_env.settings import spell_out
 from predprey_env.tasks import or_default, world
 
@@ -136,6 +146,8 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         pool, others = as_pool(opponents), other_team(self.team)
         self._seats = [seat(each, others, self.config, self.n_worlds) for each in pool.opponents]
         self._pool, self._policies = pool, tuple(each.policy for each in self._seats)
+        n_memory = max(memory_rows(each.player) for each in self._seats)
+        self._worlds, self._scratch = with_memory(self._worlds, self._scratch, n_memory)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None

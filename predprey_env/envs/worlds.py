@@ -22,6 +22,7 @@ from predprey_env.engine import (
     make_world,
     measure,
     reset_memory,
+    rows_of_memory,
 )
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, lane_zeros, load, store, where
@@ -62,7 +63,7 @@ class Scratch(NamedTuple):
 
 
 def make_worlds(config: EnvConfig, n_worlds: int) -> Worlds:
-    """Return the memory for ``n_worlds`` worlds; the unused lanes of the last block are computed but never read."""
+    """Return the state of ``n_worlds`` worlds; the unused lanes of the last block are computed but never read."""
     n_blocks = -(-n_worlds // LANES)
     over, member = (lane_zeros(np.int32, n_blocks, 1) for _ in range(2))
     return Worlds(make_block(config.rules, n_blocks), over, member)
@@ -72,6 +73,19 @@ def make_scratch(config: EnvConfig) -> Scratch:
     """Return scratch memory for the kernels."""
     memory, actions = (lane_zeros(np.int32, rows) for rows in (config.n_agents * MEMORY, config.n_agents))
     return Scratch(make_seen(config.rules), memory, actions, make_world(config.rules))
+
+
+def with_memory(worlds: Worlds, scratch: Scratch, n_memory: int) -> tuple[Worlds, Scratch]:
+    """Return worlds in which each agent has at least ``n_memory`` rows of memory, the first with what it remembers."""
+    old = worlds.blocks.memory
+    n_agents = worlds.blocks.actions.shape[1]
+    n_old = old.shape[1] // n_agents
+    if n_memory <= n_old:
+        return worlds, scratch
+    memory, spare = (lane_zeros(np.int32, *blocks, n_agents * n_memory) for blocks in ((len(old),), ()))
+    by_agent = (len(old), n_agents, -1, LANES)
+    memory.reshape(by_agent)[:, :, :n_old] = old.reshape(by_agent)
+    return worlds._replace(blocks=worlds.blocks._replace(memory=memory)), scratch._replace(memory=spare)
 
 
 # -- a block of worlds --------------------------------------------------------------------------------------------
@@ -112,13 +126,13 @@ def _choose(
     block = block_at(worlds, at)
     plays = (load(worlds.over[at], 0) == 0) & (load(worlds.member[at], 0) == member)
     # A rule cannot skip single lanes: all lanes choose, then the others are restored.
-    first, last = opponents.first, opponents.first + opponents.n_agents
-    for row in range(first * MEMORY, last * MEMORY):
+    first, last, n_memory = opponents.first, opponents.first + opponents.n_agents, rows_of_memory(block)
+    for row in range(first * n_memory, last * n_memory):
         store(scratch.memory, row, load(block.memory, row))
     for agent in range(first, last):
         store(scratch.actions, agent, load(block.actions, agent))
     choose_actions(block, first, opponents.n_agents, player, rules, scratch.seen)
-    for row in range(first * MEMORY, last * MEMORY):
+    for row in range(first * n_memory, last * n_memory):
         store(block.memory, row, where(plays, load(block.memory, row), load(scratch.memory, row)))
     for agent in range(first, last):
         store(block.actions, agent, where(plays, load(block.actions, agent), load(scratch.actions, agent)))

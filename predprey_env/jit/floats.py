@@ -131,6 +131,43 @@ def _as_integer(a):
     return (lambda a: _lanes_as_integer(a)) if is_lanes(a) else (lambda a: np.int32(a))
 
 
+def bits_of(a: Value) -> Value:
+    """Return the bits of a 32-bit float as an integer, for memory, whose rows hold integers."""
+    return np.float32(a).view(np.int32)
+
+
+def float_of(a: Value) -> Value:
+    """Return the 32-bit float that has the bits of an integer."""
+    return np.int32(a).view(np.float32)
+
+
+@intrinsic
+def _bits_of(_context, a):
+    def codegen(_context, builder, _signature, arguments):
+        return builder.bitcast(arguments[0], _as_integers(arguments[0].type))
+
+    return (INTEGERS if isinstance(a, Lanes) else types.int32)(a), codegen
+
+
+@intrinsic
+def _float_of(_context, a):
+    def codegen(_context, builder, _signature, arguments):
+        kind = ir.VectorType(ir.FloatType(), LANES) if isinstance(a, Lanes) else ir.FloatType()
+        return builder.bitcast(arguments[0], kind)
+
+    return (FLOATS if isinstance(a, Lanes) else types.float32)(a), codegen
+
+
+@overload(bits_of)
+def _bits_of_overload(a):
+    return lambda a: _bits_of(a)
+
+
+@overload(float_of)
+def _float_of_overload(a):
+    return lambda a: _float_of(a)
+
+
 def zeros(weights: FloatRows, blank: Values) -> Values:
     """Return as many zeros as ``blank`` has entries: 32-bit floats, or lanes if the rows of ``weights`` are lanes."""
     return tuple(weights[0] * 0 for _ in blank)

@@ -2,7 +2,7 @@
 
 from predprey_env.policies.names import SCRIPTS, PredatorScript, PreyScript
 from predprey_env.policies.pool import OpponentPool
-from predprey_env.policies.protocol import Policy, choose, sees_team, sight_of
+from predprey_env.policies.protocol import Policy, choose, memory_rows, sees_team, sight_of
 from predprey_env.policies.scripted import ScriptedTeam
 from predprey_env.policies.sight import nearest, towards
 
@@ -14,6 +14,7 @@ __all__ = [
     "PreyScript",
     "ScriptedTeam",
     "choose",
+    "memory_rows",
     "nearest",
     "sees_team",
     "sight_of",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from operator import index
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
@@ -12,12 +11,12 @@ from numba.extending import overload
 
 from predprey_env.config import Sight
 from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.generic import Generic
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
-from predprey_env.settings import brief
 
 MEMORY = 4
-"""Number of int32 rows of memory that a compiled player has for each of its agents."""
+"""Least number of int32 rows of memory that a compiled player has for each of its agents; see :data:`memory_rows`."""
 
 
 Player: TypeAlias = Any
@@ -38,15 +37,15 @@ def first_memory(seed: int, prey: bool, agent: int, row: int) -> int:
 
 @entry_point
 def _begin(memory: IntegerRows, seed: int, prey: bool, agent: int) -> None:
-    for row in range(MEMORY):
+    for row in range(len(memory)):
         memory[row] = first_memory(seed, prey, agent, row)
 
 
 class Memories:
-    """Memory of the agents of a team that are asked one at a time: int32 ``(MEMORY,)`` each."""
+    """Memory of the agents of a team that are asked one at a time: int32 ``(n_rows,)`` each."""
 
-    def __init__(self, prey: bool) -> None:
-        self._prey = prey
+    def __init__(self, prey: bool, n_rows: int = MEMORY) -> None:
+        self._prey, self._n_rows = prey, n_rows
         self._seed: int | None = None  # sampled when first needed
         self._of: dict[int, np.ndarray] = {}
 
@@ -60,7 +59,7 @@ class Memories:
         if agent not in self._of:
             if self._seed is None:
                 self._seed = int(np.random.default_rng().integers(2**31))
-            self._of[agent] = np.zeros(MEMORY, np.int32)
+            self._of[agent] = np.zeros(self._n_rows, np.int32)
             _begin(self._of[agent], self._seed, self._prey, agent)
         return self._of[agent]
 
@@ -92,34 +91,7 @@ class Policy(Protocol):
         ...
 
 
-class _Generic:
-    """A function of a player whose rule depends on exactly the player's class, in Python as in compiled code."""
-
-    def __init__(self) -> None:
-        self.registry: dict[Any, Any] = {}
-
-    def register(self, player: type, rule: Any = None) -> Any:
-        """Register the rule of a class of player: ``choose.register(Player, rule)``, or ``@choose.register(Player)``
-        above the rule.
-
-        When Numba looks for machine code, it tells named tuples apart by the name of their class, not by the class. A
-        second class of the same name (a notebook's cell that is run again defines one) would be played by the rule of
-        the first, so it is renamed.
-        """
-        if not (isinstance(player, type) and issubclass(player, tuple) and hasattr(player, "_fields")):
-            got = getattr(player, "__name__", brief(player))
-            raise TypeError(f"choose.register() needs the player's class first, a named tuple, got {got}")
-        if rule is None:  # used as a decorator
-            return partial(self.register, player)
-        if self.registry.setdefault(player, rule) is not rule:
-            raise ValueError(f"{player.__name__} has a rule already; define the class anew to give it another")
-        taken = {other.__name__ for other in self.registry if other is not player}
-        while player.__name__ in taken:
-            player.__name__ += "_"
-        return rule
-
-
-class _Choose(_Generic):
+class _Choose(Generic):
     """Generic function that returns the action of one agent of a team, as a value.
 
     It calls the rule that is registered for exactly the player's class: ``choose(player, agent, seen, memory, at)``, in
@@ -131,16 +103,14 @@ class _Choose(_Generic):
         seen: Observation of the agent, or of all agents of the team, one after the other, where the player
             :data:`sees_team`: rows of float32.
         memory: Memory of the player: rows of int32, :func:`first_memory` when an episode starts.
-        at: Index of the first of the agent's :data:`MEMORY` rows.
+        at: Index of the first of the agent's rows, of which there are :data:`memory_rows`.
     """
 
     def __call__(self, player: Player, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
-        if type(player) not in self.registry:
-            raise TypeError(f"player must be of a class that choose() knows, got {type(player).__name__}")
-        return self.registry[type(player)](player, agent, seen, memory, at)
+        return self.known(player)(player, agent, seen, memory, at)
 
 
-class _SeesTeam(_Generic):
+class _SeesTeam(Generic):
     """Generic function that returns whether a player chooses from the observations of all agents of its team.
 
     A class of player without a rule chooses from the agent's own: ``sees_team.register(Player, rule)``, with
@@ -152,7 +122,7 @@ class _SeesTeam(_Generic):
         return False if rule is None else bool(rule(player))
 
 
-class _SightOf(_Generic):
+class _SightOf(Generic):
     """Generic function that returns what a player's agents observe, a :class:`predprey_env.Sight`.
 
     A class of player without a rule observes what the paper's agents do: ``sight_of.register(Player, rule)``, with
@@ -164,9 +134,22 @@ class _SightOf(_Generic):
         return Sight() if rule is None else rule(player)
 
 
-choose = _Choose()
-sees_team = _SeesTeam()
-sight_of = _SightOf()
+class _MemoryRows(Generic):
+    """Generic function that returns the number of int32 rows of memory that a player needs for each of its agents.
+
+    A class of player without a rule has :data:`MEMORY`: ``memory_rows.register(Player, function)``, with
+    ``function(player) -> int``, which Python calls before play.
+    """
+
+    def __call__(self, player: Player) -> int:
+        function = self.registry.get(type(player))
+        return MEMORY if function is None else max(MEMORY, int(function(player)))
+
+
+choose = _Choose("choose")
+sees_team = _SeesTeam("sees_team")
+sight_of = _SightOf("sight_of")
+memory_rows = _MemoryRows("memory_rows")
 
 _INLINED = {"nogil": True, "_nrt": False, "forceinline": True}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,8 +47,10 @@ def agree(singles: Singles, config: EnvConfig, team: TeamName, many: Any, one: C
 # -- compiled -----------------------------------------------------------------------------------------------------
 
 
-def evolved(team: TeamName, controller: str = "split", sight: Sight = PLAIN_SIGHT) -> Team:
-    shape, side = SMALL.team(team), SideConfig(controller=controller)
+def evolved(
+    team: TeamName, controller: str = "split", sight: Sight = PLAIN_SIGHT, network: str = "feedforward"
+) -> Team:
+    shape, side = SMALL.team(team), SideConfig(controller=controller, network=network)
     wiring = offset_wiring(side, shape.n_opponents, shape.n_agents, sight)
     made = make_controller(side, wiring, shape.n_actions, shape.n_agents, sight)
     genomes = np.random.default_rng(3).normal(size=(shape.n_agents // made.n_together, *made.shape))
@@ -62,6 +65,32 @@ def test_an_evolved_team_plays_in_compiled_code_as_it_does_when_asked(
 ) -> None:
     opponent = evolved(other_team(team), controller)
     agree(singles, SMALL.replace(move_order=move_order), team, opponent, lambda: opponent.act)
+
+
+@TEAM
+def test_a_team_that_remembers_plays_in_compiled_code_as_it_does_when_asked(singles: Singles, team: TeamName) -> None:
+    opponent = evolved(other_team(team), network="elman")
+    agree(singles, SMALL, team, opponent, lambda: deepcopy(opponent))
+
+
+def test_opponents_that_remember_can_take_over_and_be_drawn(singles: Singles) -> None:
+    """They need more memory than those before them, and those go on as if nothing had happened."""
+    config, pool = SMALL.replace(max_cycles=40), [evolved("prey", network="elman"), "run_straight"]
+    env, other = (PredPreyVectorEnv(config, N_WORLDS, "predators", "run_straight") for _ in range(2))
+    env.reset(seed=1)
+    other.reset(seed=1)
+    with pytest.raises(ValueError, match=r"^script must be one of"):
+        env.set_opponent([pool[0], "no_such_script"])
+    actions = np.random.default_rng(0).integers(0, 5, (20, env.num_envs))
+    for chosen in actions[:5]:
+        assert env.step(chosen)[0].tolist() == other.step(chosen)[0].tolist()
+    env.set_opponent(pool)
+    for chosen in actions[5:]:
+        env.step(chosen)
+    fresh = PredPreyVectorEnv(config, N_WORLDS, "predators", pool)
+    assert env.reset(seed=3)[0].tolist() == fresh.reset(seed=3)[0].tolist()
+    for chosen in actions:
+        assert env.step(chosen)[0].tolist() == fresh.step(chosen)[0].tolist()
 
 
 @ORDER

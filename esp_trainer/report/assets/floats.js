@@ -28,6 +28,16 @@ function power_of_two(shifted) {
   return SINGLE[0];
 }
 
+function bits_of(a) {
+  SINGLE[0] = a;
+  return BITS[0];
+}
+
+function float_of(a) {
+  BITS[0] = a;
+  return SINGLE[0];
+}
+
 const as_float = Math.fround;
 const as_integer = Math.trunc;
 const zeros = (_, blank) => blank.map(() => 0);

@@ -31,7 +31,7 @@ class Thoughts {
     const team = agent < rules.n_predators ? match.predators : match.prey, action = match.actions[step][agent];
     const thoughts = this.game.thoughts(match, step, agent);
     if (!thoughts) return say(`${name} goes ${this.moves[action]}, as its script ${team.name} says.`);
-    const actions = team.controller.blank.map((_, k) => this.moves[k]);
+    const actions = this.moves.slice(0, team.controller.n_actions);
     const head = element("tr", {}, [element("th"), ...actions.map((move, k) => (
       element("th", { textContent: move, className: k === action ? "chosen" : "" })))]);
     const caught = (prey) => match.caughtAt[prey] <= step;

@@ -154,8 +154,8 @@ def test_new_sides_have_networks_for_their_opponents_and_no_champions():
 
 def test_predators_that_cannot_idle_have_four_outputs():
     config = small().replace(env=EnvConfig(predator_idle=False))
-    assert len(side_controller(config, "predators").blank) == 4
-    assert len(side_controller(config, "prey").blank) == 4
+    assert side_controller(config, "predators").n_actions == 4
+    assert side_controller(config, "prey").n_actions == 4
 
 
 def test_the_two_sides_begin_apart_and_follow_from_the_seed():

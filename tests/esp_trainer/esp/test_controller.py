@@ -181,7 +181,7 @@ def test_settings_become_plain_numbers():
     assert (controller.bias, controller.logistic_output, controller.skip_silent) == (True, False, True)
     assert controller.input_scale == np.float32(0.1)
     assert controller.input_scale.dtype == np.float32
-    assert controller.blank == (0.0, 0.0, 0.0, 0.0)
+    assert controller.network.blank == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_defaults_are_logistic_outputs_without_bias_on_raw_offsets():

@@ -40,7 +40,7 @@ def play(controller: Controller, genomes: Any, agent: int, seen: Any) -> tuple[n
     action = np.empty((1, *lanes), np.int32)
     networks = Networks(controller, np.ascontiguousarray(genomes.T), inputs, votes)
     _play(networks, agent, np.ascontiguousarray(seen.T), action)
-    return votes[: len(controller.blank)].T, action[0]
+    return votes[: controller.n_actions].T, action[0]
 
 
 def made(side: SideConfig, n_opponents: int, n_agents: int, n_actions: int) -> Controller:

@@ -27,8 +27,8 @@ def _logistics(z: Any, out: Any) -> None:
 
 
 @entry_point
-def _decide(controller: Any, weights: Any, seen: Any, inputs: Any, votes: Any, action: Any) -> None:
-    vote(controller, weights, 0, 0, seen, inputs, votes)
+def _decide(controller: Any, weights: Any, seen: Any, inputs: Any, votes: Any, memory: Any, action: Any) -> None:
+    vote(controller, weights, 0, 0, seen, inputs, votes, memory, 1)
     store(action, 0, most_votes(controller, votes))
 
 
@@ -56,9 +56,9 @@ def play(controller: Controller, genes: Any, seen: Any) -> tuple[np.ndarray, np.
     view = np.ascontiguousarray(np.asarray(seen, np.float32).T)
     lanes = weights.shape[1:]
     inputs = np.empty((controller.n_inputs + 1, *lanes), np.float32)
-    votes = np.empty((len(controller.blank), *lanes), np.float32)
+    votes = np.empty((controller.n_actions, *lanes), np.float32)
     action = np.empty((1, *lanes), np.int32)
-    _decide(controller, weights, view, inputs, votes, action)
+    _decide(controller, weights, view, inputs, votes, np.zeros((controller.n_memory, *lanes), np.int32), action)
     return votes.T, action[0]
 
 
@@ -69,7 +69,7 @@ def sigmoid(z: float) -> float:
 def expected_votes(controller: Controller, side: SideConfig, genes: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """The sums of the networks' outputs in double precision, from section VI and the meaning of the switches."""
     genes, seen = np.asarray(genes, np.float64), np.asarray(seen, np.float64)
-    total = np.zeros(len(controller.blank))
+    total = np.zeros(controller.n_actions)
     for network, wires in zip(genes.reshape(controller.shape), controller.wiring, strict=True):
         offsets = seen[wires] * side.input_scale
         inputs = np.append(offsets, 1.0) if side.bias else offsets

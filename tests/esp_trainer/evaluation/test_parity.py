@@ -91,6 +91,13 @@ VARIANTS = {
     "drawn, central": both(choice="drawn", controller="central"),
     "drawn, combiner": both(choice="drawn", controller="combiner"),
     "one hidden neuron": both(n_hidden=1),
+    "elman": both(network="elman"),
+    "elman, drawn, in turns": Switches(
+        {"move_order": "prey_first", "n_prey": 3},
+        {"network": "elman", "choice": "drawn", "bias": True},
+        {"network": "elman", "controller": "combiner"},
+    ),
+    "elman, central": Switches({}, {"network": "elman", "controller": "central"}, {"captured_vote": "skip"}),
     "team-mates seen": Switches({"see_teammates": True, "n_prey": 3}),
     "moves seen": Switches({"see_moves": True}),
     "everything seen, monolithic, in turns": Switches(

@@ -8,13 +8,17 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from esp_trainer import report as report_package
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.cli import main
+from esp_trainer.networks import NETWORKS, network_class
+from esp_trainer.report.matches import rules_in_javascript
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -136,11 +140,16 @@ def _listening(tab: Tab, file: Path) -> Tab:
 
 
 @pytest.fixture(scope="session")
-def blank_tab(browser: Browser, page_file: Path) -> Iterator[Tab]:
-    """A page in whose scope games are played; what it shows does not matter."""
+def blank_tab(browser: Browser, page_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    """A page in whose scope games are played, between all kinds of network; what it shows does not matter."""
+    floats = (files(report_package) / "assets" / "floats.js").read_text("utf-8")
+    page, rules = page_file.read_text("utf-8"), rules_in_javascript(floats)
+    assert rules in page
+    file = tmp_path_factory.mktemp("blank") / "page.html"
+    file.write_text(page.replace(rules, rules_in_javascript(floats, map(network_class, NETWORKS))), "utf-8")
     context = browser.new_context()
     context.set_offline(True)
-    yield _listening(Tab(context.new_page()), page_file)
+    yield _listening(Tab(context.new_page()), file)
     context.close()
 
 

@@ -74,6 +74,8 @@ CONFIGS |= {
     "everything seen": sides(see_teammates=True, see_moves=True, see_identity=True, see_nearest_first=True),
     "seen in turns": sides(SideConfig(controller="central"), see_moves=True, see_scaled=True, move_order="prey_first"),
 }
+CONFIGS["elman"] = sides(SideConfig(network="elman"), SideConfig(network="elman", controller="combiner"))
+CONFIGS["elman against the paper's"] = sides(SideConfig(network="elman", choice="drawn"))
 CONFIGS |= {script: sides(prey=SideConfig(policy=script)) for script in SCRIPTS["prey"]}  # type: ignore[arg-type]
 CONFIGS |= {
     controller: sides(
@@ -95,7 +97,7 @@ def played_here(history: History, generation: int, starts: np.ndarray) -> tuple[
     return trace.cells[:, 0], paths, captured
 
 
-QUICK = ("paper-3v2", "in turns", "flee_nearest", "central", "everything seen")
+QUICK = ("paper-3v2", "in turns", "flee_nearest", "central", "everything seen", "elman against the paper's")
 """One of each kind of world and player: the others are slow."""
 
 

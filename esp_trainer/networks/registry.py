@@ -1,0 +1,63 @@
+"""Kinds of network by name."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import numpy as np
+
+from esp_trainer.networks.protocol import respond
+from esp_trainer.plugins import find_class
+from predprey_env.settings import brief
+
+NETWORKS = {
+    "feedforward": "esp_trainer.networks.feedforward:FeedForward",
+    "elman": "esp_trainer.networks.elman:Elman",
+}
+"""Name -> class of each kind of network that ships, as ``module:Class``."""
+
+_FIELDS = ("n_hidden", "n_genes", "n_memory", "blank")
+
+
+def network_class(name: str) -> type[Any]:
+    """Return the class of a kind of network by its name in :data:`NETWORKS`, or as ``module:Class``.
+
+    Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol
+    :class:`~esp_trainer.networks.protocol.Network`.
+    """
+    found = find_class("network", name, NETWORKS)
+    if not issubclass(found, tuple) or not hasattr(found, "_fields"):
+        raise ValueError(f"network {name} must be a named tuple, got {found.__name__}")
+    missing = [field for field in _FIELDS if field not in found._fields]
+    missing += [f"{call}()" for call in ("genes", "memory") if not callable(getattr(found, call, None))]
+    if missing:
+        raise ValueError(f"network {name} has no {' and no '.join(missing)}")
+    if found not in respond.registry:
+        raise ValueError(f"network {name} has no rule: put @respond.register({found.__name__}) above it")
+    expected = list(inspect.signature(respond.__call__).parameters)
+    rule = respond.registry[found]
+    got = list(inspect.signature(getattr(rule, "py_func", rule)).parameters)
+    if len(got) != len(expected):
+        raise ValueError(f"the rule of network {name} must take {', '.join(expected)}, got {', '.join(got)}")
+    return found
+
+
+def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
+    """Return a network of a kind; the length of its gene strings is not known yet, and 0."""
+    kind = network_class(name)
+    try:
+        n_memory = kind.memory(n_hidden)
+        network = kind(n_hidden=n_hidden, n_genes=0, n_memory=n_memory, blank=(np.float32(0.0),) * n_actions)
+    except Exception as error:
+        line = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"network {name} cannot be made: {line}") from None
+    _check_number(name, "memory", n_memory, 0)
+    _check_number(name, "genes", kind.genes(2, n_actions, n_hidden), 1)
+    return network
+
+
+def _check_number(name: str, call: str, got: Any, least: int) -> None:
+    """Raise :class:`ValueError` unless a method of a network returned an integer of at least ``least``."""
+    if isinstance(got, bool) or not isinstance(got, (int, np.integer)) or got < least:
+        raise ValueError(f"{call}() of network {name} must return an integer of at least {least}, got {brief(got)}")
