@@ -45,11 +45,12 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
 def show(path: str) -> int:
     """Print what a team is and where it came from."""
     team = _evolved(path)
-    controller = team.controller
+    controller, side = team.controller, team.side
+    kind = side.controller if side.network == "feedforward" else f"{side.controller}, {side.network}"
     print(f"{path}: {team.n_agents} {team.role}")
     print(
         f"  networks    {len(controller.fan_in)} {'in all' if controller.n_together > 1 else 'an agent'} "
-        f"({team.side.controller}), {_shapes(controller)}, {team.side.output} outputs"
+        f"({kind}), {_shapes(controller)}, {team.side.output} outputs"
     )
     n_genes = len(team.genomes) * controller.n_hidden * sum(controller.used_genes)
     print(f"  genes       {n_genes}, from {team.genomes.min():z.2f} to {team.genomes.max():z.2f}")
