@@ -68,6 +68,7 @@ def test_an_algorithm_of_ones_own_breeds_predators_that_catch_prey(tmp_path: Pat
     assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
 
 
+@pytest.mark.slow
 def test_a_network_of_ones_own_evolves(tmp_path: Path) -> None:
     told = printed("own_network.py", tmp_path)
     assert re.findall(r"^\w+", told, re.MULTILINE) == ["leaky", "feedforward"]

@@ -73,6 +73,7 @@ def test_a_team_that_remembers_plays_in_compiled_code_as_it_does_when_asked(sing
     agree(singles, SMALL, team, opponent, lambda: deepcopy(opponent))
 
 
+@pytest.mark.slow
 def test_opponents_that_remember_can_take_over_and_be_drawn(singles: Singles) -> None:
     """They need more memory than those before them, and those go on as if nothing had happened."""
     config, pool = SMALL.replace(max_cycles=40), [evolved("prey", network="elman"), "run_straight"]

@@ -188,7 +188,13 @@ def assert_parity(config: EnvConfig, batch: TrialBatch) -> TrialResult:
     return result
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+COMPILED_APART = ("elman", "elman, drawn, in turns")
+"""Variants that no other test compiles the kernel for; `elman, central` is for networks of two kinds."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in COMPILED_APART else ()) for n in VARIANTS]
+)
 def test_every_switch_plays_the_same_in_both(name: str, random_batch: Callable[..., TrialBatch]):
     config = VARIANTS[name].config()
     # Two whole blocks of sixteen worlds, and one that is not full.

@@ -148,7 +148,7 @@ def _linear(
 respond.register(Linear, _linear)
 
 
-def test_a_network_of_ones_own_plays_evolves_and_is_loaded(tmp_path: Path) -> None:
+def test_a_network_of_ones_own_plays_and_is_loaded(tmp_path: Path) -> None:
     name = f"{HERE}:Linear"
     prey = team(SideConfig(network=name, n_hidden=3, output="linear", controller="monolithic"))
     prey.save(tmp_path / "team.safetensors")
@@ -158,7 +158,11 @@ def test_a_network_of_ones_own_plays_evolves_and_is_loaded(tmp_path: Path) -> No
         expected = {"prey_0": int(np.argmax(view @ matrix))}
         assert prey.act({"prey_0": view}) == expected
         assert Team.load(tmp_path / "team.safetensors").act({"prey_0": view}) == expected
-    config = preset("smoke").with_fields({"prey.network": name})
+
+
+@pytest.mark.slow  # compiles the kernel
+def test_a_network_of_ones_own_evolves() -> None:
+    config = preset("smoke").with_fields({"prey.network": f"{HERE}:Linear"})
     assert side_controller(config, "prey").shape != side_controller(config, "predators").shape
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
     assert run.step(0).champions["prey"].genomes.shape[1:] == side_controller(config, "prey").shape
