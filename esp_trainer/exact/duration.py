@@ -40,13 +40,15 @@ def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, f
     """Return a policy's action probabilities in a sample of positions, ``(n, n_agents, n_actions)``, and an estimate of
     how many seconds :func:`~esp_trainer.exact.chances.chances` takes to ask it in all positions.
     """
-    seen, n, seconds = views(config, role, sight_in(policy, config)), 1, 0.0
+    seen, n, before = views(config, role, sight_in(policy, config)), 1, float("inf")
     while True:  # double the sample until it takes long enough: a policy may take a microsecond or a second a position
         part = seen[np.linspace(0, len(seen) - 1, n).astype(int)]
         seconds = _timed(ask_in, policy, part, role, config)
-        if seconds > _LONG_ENOUGH or n == min(_SAMPLE, len(seen)):
+        # A large network takes as long for one position as for a thousand: such a time says nothing about them all.
+        grows = seconds > 1.5 * before
+        if (seconds > _LONG_ENOUGH and grows) or n == min(_SAMPLE, len(seen)):
             return ask_in(policy, part, role, config), seconds * len(seen) / n
-        n = min(2 * n, _SAMPLE, len(seen))
+        n, before = min(2 * n, _SAMPLE, len(seen)), seconds
 
 
 def seconds_to_answer(sample: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -49,15 +52,35 @@ class Goer:
         return dict.fromkeys(observations, 0)
 
 
-def test_a_policy_that_takes_a_second_a_position_is_asked_in_one() -> None:
+def taking(seconds: Callable[[int], float]) -> Callable[..., float]:
+    """A clock by which a policy takes a time that follows from the number of positions."""
+
+    def timed(work: Callable[..., Any], *arguments: Any) -> float:
+        work(*arguments)
+        return seconds(len(arguments[1]))
+
+    return timed
+
+
+def test_a_policy_that_takes_a_second_a_position_is_asked_in_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(duration, "_timed", taking(float))
     policy = Goer()
     sample, seconds = sample_of(policy, "prey", EnvConfig(size=4, n_prey=1))
-    assert (sample.tolist(), seconds) == ([[[1, 0, 0, 0]]], 4096)
-    assert policy.n_asked == 2, "to be timed, and for its answer"
+    assert (sample.tolist(), seconds) == ([[[1, 0, 0, 0]]] * 2, 4096)
+    assert policy.n_asked == 1 + 2 + 2, "to be timed, twice, and for its answer"
+
+
+def test_a_policy_that_answers_many_positions_in_the_time_of_one_is_not_taken_for_slow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(duration, "_timed", taking(lambda n: 0.4 + 0.01 * n))
+    sample, seconds = sample_of(Goer(), "prey", EnvConfig(size=4, n_prey=1))
+    assert len(sample) == 10
+    assert seconds == pytest.approx(0.5 * 409.6), "0.41 s for one position alone would make 1,679 s"
 
 
 def test_a_quick_policy_is_asked_in_a_whole_sample(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(duration, "_timed", lambda *_: 0.01)
+    monkeypatch.setattr(duration, "_timed", taking(lambda n: 0.001 * n))
     sample, seconds = sample_of(Goer(), "prey", EnvConfig(size=4, n_prey=1))
     assert len(sample) == 10
-    assert seconds == pytest.approx(0.01 * 409.6)
+    assert seconds == pytest.approx(4.096)
