@@ -1,4 +1,4 @@
-"""Matches of a candidate against one opponent."""
+"""Matches of a candidate against one opponent: teams, scripts and any policies."""
 
 from __future__ import annotations
 
@@ -48,18 +48,21 @@ class Arena:
         self.evaluator = FusedEvaluator(env)
         self.starts = self.evaluator.starts.held_out(stream(seed, "gauntlet"), n_episodes)
 
-    def meet(self, candidate: Challenger, role: Role, opponent: Contestant | str) -> Meeting:
+    def meet(self, candidate: Challenger, role: Role, opponent: Challenger | str) -> Meeting:
         """Play all episodes: compiled if both players are teams or scripts of this package, else in the vector
         environment. The opponent may be the name of a script.
 
-        Raises :class:`PolicyError` if the candidate raises, or does not return an action for each agent.
+        Raises :class:`PolicyError` if a policy raises, or does not return an action for each agent.
         """
         if isinstance(opponent, str):
             opponent = ScriptedTeams(opponent)
             opponent.check_fits(other_team(role), self.env)
-        if isinstance(candidate, Contestant):
+        if isinstance(candidate, Contestant) and isinstance(opponent, Contestant):
             return self._play_compiled(candidate, role, opponent)
-        return self._play_outside(candidate, role, opponent)
+        return self._play_outside(self._policy(candidate, role), role, self._policy(opponent, other_team(role)))
+
+    def _policy(self, player: Challenger, role: Role) -> Policy:
+        return player.policy(role, self.env) if isinstance(player, Contestant) else player
 
     def _play_compiled(self, candidate: Contestant, role: Role, opponent: Contestant) -> Meeting:
         teams = {role: candidate.as_teams(len(self.starts)), other_team(role): opponent.as_teams(len(self.starts))}
@@ -67,12 +70,15 @@ class Arena:
         captured, fitness = result.captured[:, 0].sum(axis=1), result.fitness_of(role)[:, 0].mean(axis=1)
         return Meeting(captured, fitness, result.steps[:, 0])
 
-    def _play_outside(self, candidate: Policy, role: Role, opponent: Contestant) -> Meeting:
-        n, inside = len(self.starts), opponent.policy(other_team(role), self.env)
+    def _play_outside(self, candidate: Policy, role: Role, opponent: Policy) -> Meeting:
+        n = len(self.starts)
         seen = {f"see_{name}": value for name, value in sight_in(candidate, self.env)._asdict().items()}
         env = self.env.replace(reward="terminal", **seen)
-        worlds = PredPreyVectorEnv(env, n, role, inside, AutoresetMode.SAME_STEP)
-        views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})
+        try:
+            worlds = PredPreyVectorEnv(env, n, role, opponent, AutoresetMode.SAME_STEP)
+            views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})
+        except (RuntimeError, ValueError) as error:
+            raise PolicyError(str(error)) from error
         team = self._begin(candidate, role)
         found = Meeting(np.zeros(n, np.int64), np.zeros(n), np.zeros(n, np.int64))
         playing = np.ones(n, np.bool_)
@@ -80,9 +86,9 @@ class Arena:
             team.views[:] = views.reshape(team.views.shape)
             try:
                 actions = team.act(playing)
+                views, rewards, terminated, truncated, infos = worlds.step(actions.ravel())
             except (RuntimeError, ValueError) as error:
                 raise PolicyError(str(error)) from error
-            views, rewards, terminated, truncated, infos = worlds.step(actions.ravel())
             over = playing & (terminated | truncated).reshape(n, -1)[:, 0]
             if over.any():
                 last = {name: infos["final_info"][name].reshape(n, -1)[over, 0] for name in ("n_captured", "steps")}

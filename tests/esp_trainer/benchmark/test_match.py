@@ -302,3 +302,25 @@ def test_an_opponent_may_be_the_name_of_a_script():
     assert by_name.steps.tolist() == itself.steps.tolist()
     with pytest.raises(ValueError, match=r"script must be one of random, .* got 'greedy_chase'"):
         arena.meet(ScriptedTeams("surround"), "predators", "greedy_chase")
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_two_policies_of_ones_own_meet_as_the_teams_that_they_are(role: Role) -> None:
+    """Whichever of the two is compiled, and whichever is only a policy."""
+    arena = Arena(SMALL, 20, seed=3)
+    candidate, opponent = ScriptedTeams("surround"), ScriptedTeams("flee_centroid")
+    if role == "prey":
+        candidate, opponent = opponent, candidate
+    policies = candidate.policy(role, SMALL), opponent.policy(other_team(role), SMALL)
+    expected = arena.meet(candidate, role, opponent)
+    assert 0 < expected.captured.mean() < SMALL.n_prey
+    for one, other in ((ByHand(policies[0]), ByHand(policies[1])), (candidate, ByHand(policies[1]))):
+        found = arena.meet(one, role, other)
+        for part in ("captured", "fitness", "steps"):
+            assert getattr(found, part).tolist() == getattr(expected, part).tolist()
+
+
+def test_what_an_opponent_of_ones_own_does_wrong_is_told_in_one_line() -> None:
+    with pytest.raises(PolicyError, match=r"^the opponent's act\(\) must .* be in 0..3, got 7$") as told:
+        Arena(SMALL, 2, seed=3).meet(Told(east), "predators", Told(lambda rows: np.full(len(rows), 7)))
+    assert "\n" not in str(told.value)
