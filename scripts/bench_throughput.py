@@ -13,12 +13,13 @@ import os
 # Before NumPy is imported: its matrix products would use as many threads as there are cores.
 os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
 
-from bench import evaluators, single, training
+from bench import evaluators, replaced, single, training
 from bench.page import measure_and_print
 from bench.workload import FULL, PRESET, QUICK
 
 SECTIONS = {
     "evaluators": evaluators.rows,
+    "replaced": replaced.rows,
     "environments": single.own_rows,
     "phases": training.phase_rows,
     "process": training.process_rows,
