@@ -123,15 +123,14 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from inspect import signature
-from typing import Any, Literal, Unpack, get_args
+from typing import Any, Literal, Unpack
 
 from pettingzoo import AECEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
-from pydantic.fields import FieldInfo
 
 from predprey_env.config import EnvConfig, EnvParameters
 from predprey_env.envs.parallel import PredPreyEnv
-from predprey_env.settings import spell_out, unknown_field
+from predprey_env.settings import spell_out, table_row, unknown_field
 from predprey_env.tasks import TASKS, world
 
 __all__ = ["env", "parallel_env", "raw_env"]
@@ -188,29 +187,10 @@ for _make in (env, raw_env):
 del _make
 
 
-def _row(name: str, field: FieldInfo) -> str:
-    """Return the row of one argument in the specification's table."""
-    return (
-        f"| `{name}` | `{_literal(field.default)}` | {_values(field)} | {' '.join((field.description or '').split())} |"
-    )
-
-
-def _literal(value: object) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value)
-
-
-def _values(field: FieldInfo) -> str:
-    if choices := get_args(field.annotation):
-        return ", ".join(f"`{_literal(choice)}`" for choice in choices)
-    low, high = (next((getattr(m, name) for m in field.metadata if hasattr(m, name)), None) for name in ("ge", "le"))
-    bounds = "" if low is None else f", at least {low}" if high is None else f", {low} to {high}"
-    return f"{getattr(field.annotation, '__name__', '')}{bounds}"
-
-
 _ARGUMENTS = f"""\
 | Argument | Default | Values | Meaning |
 |----------|---------|--------|---------|
-{chr(10).join(_row(name, field) for name, field in EnvConfig.model_fields.items())}
+{chr(10).join(table_row(name, field) for name, field in EnvConfig.model_fields.items())}
 | `task` | `None` | {", ".join(f'`"{name}"`' for name in TASKS)} | Named world that the other arguments change. |
 | `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: no rendering. `"human"`: a window. \
 `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |"""

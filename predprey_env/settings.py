@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Mapping
 from inspect import Parameter, signature
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 
 Self = TypeVar("Self", bound="Settings")
 Maker = TypeVar("Maker", bound=Callable[..., Any])
@@ -137,6 +138,27 @@ def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
         else:
             names.append(prefix + name)
     return names
+
+
+def table_row(name: str, field: FieldInfo) -> str:
+    """Return the row of a field in a Markdown table of names, defaults, values and meanings."""
+    meaning = " ".join((field.description or "").split())
+    return f"| `{name}` | `{_literal(field.default)}` | {_values(field)} | {meaning} |"
+
+
+def _literal(value: object) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _values(field: FieldInfo) -> str:
+    """Return the values that a field takes, in words."""
+    if get_origin(field.annotation) is Literal:
+        return ", ".join(f"`{_literal(choice)}`" for choice in get_args(field.annotation))
+    limits = {bound: getattr(m, bound) for m in field.metadata for _, bound in _BOUNDS.values() if hasattr(m, bound)}
+    bounds = [f"{words} {limits[bound]}" for words, bound in _BOUNDS.values() if bound in limits]
+    if {"ge", "le"} <= limits.keys():
+        bounds = [f"{limits['ge']} to {limits['le']}"]
+    return ", ".join([getattr(field.annotation, "__name__", ""), *bounds])
 
 
 def spell_out(settings: type[BaseModel]) -> Callable[[Maker], Maker]:
