@@ -1,15 +1,23 @@
-"""Windows open where nobody sees them, Ctrl-C is heard, NumPy has one thread, and clusters follow one another."""
+"""Windows open where nobody sees them, Ctrl-C is heard, NumPy has one thread, and clusters follow one another.
+
+Pages are opened in Chromium.
+"""
 
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import gettempdir
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 # The tests run in a process for each core, where more threads of NumPy's linear algebra only wait for each other:
@@ -41,3 +49,25 @@ def only_cluster_of_module() -> Iterator[None]:
     """No other cluster of the tests during those of a module."""
     with _only_cluster():
         yield
+
+
+# Chromium's own business with the network and the graphics card is switched off.
+_FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium: of the system, or the one that ``playwright install chromium`` brings. CI must have one."""
+    from playwright.sync_api import Error, sync_playwright
+
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    installed = next(filter(None, map(shutil.which, names)), None)
+    with sync_playwright() as playwright:
+        try:
+            found = playwright.chromium.launch(executable_path=installed, args=_FLAGS)
+        except Error as error:
+            if os.environ.get("CI"):
+                raise
+            pytest.skip(f"no Chromium to open pages in: {str(error).splitlines()[0]}")
+        yield found
+        found.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -81,28 +80,6 @@ def data_of() -> Callable[[Path], dict[str, Any]]:
         return json.loads(rest.partition("</script>")[0])  # type: ignore[no-any-return]
 
     return read
-
-
-# Chromium's own business with the network and the graphics card is switched off.
-_FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """Chromium: of the system, or the one that ``playwright install chromium`` brings. CI must have one."""
-    from playwright.sync_api import Error, sync_playwright
-
-    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
-    installed = next(filter(None, map(shutil.which, names)), None)
-    with sync_playwright() as playwright:
-        try:
-            found = playwright.chromium.launch(executable_path=installed, args=_FLAGS)
-        except Error as error:
-            if os.environ.get("CI"):
-                raise
-            pytest.skip(f"no Chromium to open pages in: {str(error).splitlines()[0]}")
-        yield found
-        found.close()
 
 
 @dataclass
