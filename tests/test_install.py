@@ -11,8 +11,10 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import venv
+import zipfile
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +22,8 @@ from typing import NamedTuple
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
+import predprey_env
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -191,12 +195,12 @@ def test_the_declared_dependencies_are_those_of_the_environment_and_of_training(
 def test_the_extra_all_has_every_extra_of_a_use() -> None:
     extras = PROJECT["optional-dependencies"]
     (everything,) = map(Requirement, extras["all"])
-    assert everything.extras == extras.keys() - {"all", "test", "dev"}
+    assert everything.extras == extras.keys() - {"all", "test", "docs", "dev"}
 
 
 def test_a_page_says_what_each_extra_is_for() -> None:
     told = re.findall(r'^\| `"\.\[(\w+)\]"`', (ROOT / "docs/training.md").read_text(), re.MULTILINE)
-    assert set(told) == PROJECT["optional-dependencies"].keys() - {"test", "dev"}
+    assert set(told) == PROJECT["optional-dependencies"].keys() - {"test", "docs", "dev"}
 
 
 def test_the_environments_need_five_packages(tmp_path: Path) -> None:
@@ -255,19 +259,48 @@ def project(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def programs(project: Path, tmp_path: Path) -> Path:
-    """The programs of a new virtual environment, in which the project was installed without extras."""
+def distribution(project: Path, tmp_path: Path) -> Path:
+    """A folder with the source distribution, and the wheel that is built from it."""
+    command = [sys.executable, "-m", "build", "--outdir", str(tmp_path / "dist"), str(project)]
+    _or_skip(subprocess.run(command, capture_output=True, text=True, check=False))
+    return tmp_path / "dist"
+
+
+@pytest.fixture
+def programs(distribution: Path, tmp_path: Path) -> Path:
+    """The programs of a new virtual environment, in which the wheel was installed without extras."""
     venv.create(tmp_path / "venv", with_pip=True)
     programs = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
-    command = [programs / "pip", "install", "--quiet", project]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode and not os.environ.get("CI"):
-        pytest.skip(f"pip cannot install packages here: {done.stderr.strip().splitlines()[-1]}")
-    assert done.returncode == 0, done.stderr
+    command = [programs / "pip", "install", "--quiet", *distribution.glob("*.whl")]
+    _or_skip(subprocess.run(command, capture_output=True, text=True, check=False))
     return programs
 
 
+def _or_skip(done: subprocess.CompletedProcess[str]) -> None:
+    """Skip a test where no package can be downloaded, but not in CI."""
+    if done.returncode and not os.environ.get("CI"):
+        pytest.skip(f"packages cannot be installed here: {(done.stderr or done.stdout).strip().splitlines()[-1]}")
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow
-def test_in_a_virtual_environment_too(programs: Path, tmp_path: Path) -> None:
+def test_the_wheel_runs_away_from_the_checkout(distribution: Path, programs: Path, tmp_path: Path) -> None:
+    files = {
+        file.relative_to(ROOT).as_posix()
+        for package in ("predprey_env", "esp_trainer")
+        for file in (ROOT / package).rglob("*")
+        if file.is_file() and file.parent.name != "__pycache__"
+    }
+    assert {"predprey_env/py.typed", "esp_trainer/py.typed", "esp_trainer/teams/zoo/index.json"} < files
+    (wheel,), (source,) = distribution.glob("*.whl"), distribution.glob("*.tar.gz")
+    with zipfile.ZipFile(wheel) as archive:
+        assert {name for name in archive.namelist() if ".dist-info/" not in name} == files
+    with tarfile.open(source) as archive:
+        assert files < {name.partition("/")[2] for name in archive.getnames()}
     for line in (WORK[0], WORK[-1]):  # what is compiled, and the zoo's files
         run([programs / "esp-trainer", *line.split()], tmp_path, PYTHONPATH="")
+    places = "import esp_trainer, predprey_env; print(esp_trainer.__file__, predprey_env.__file__)"
+    found = run([programs / "python", "-c", places], tmp_path, PYTHONPATH="").split()
+    assert all(Path(file).is_relative_to(tmp_path / "venv") for file in found)
+    told = run([programs / "esp-trainer", "--version"], tmp_path, PYTHONPATH="")
+    assert told == f"esp-trainer {predprey_env.__version__}\n"
