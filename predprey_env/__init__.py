@@ -58,7 +58,7 @@ __all__ = [
     "team_view",
     "vector_env",
 ]
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 for _task in (None, *TASKS):
     _prefix = "" if _task is None else f"{_task}-"

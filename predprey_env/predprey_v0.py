@@ -116,7 +116,7 @@ Scripted teams are in :mod:`predprey_env.policies`.
 
 ### Version history
 
-* v0: first release (0.1.0)
+* v0: first release (0.2.0)
 """
 
 from __future__ import annotations
