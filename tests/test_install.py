@@ -272,7 +272,8 @@ def programs(distribution: Path, tmp_path: Path) -> Path:
     venv.create(tmp_path / "venv", with_pip=True)
     programs = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
     command = [programs / "pip", "install", "--quiet", *distribution.glob("*.whl")]
-    _or_skip(subprocess.run(command, capture_output=True, text=True, check=False))
+    clean = os.environ | {"PYTHONPATH": ""}  # pip installs nothing that it finds there
+    _or_skip(subprocess.run(command, env=clean, capture_output=True, text=True, check=False))
     return programs
 
 
