@@ -20,7 +20,7 @@ from predprey_env.settings import table_row
 
 PUBLIC = (
     *("predprey_env", "predprey_env.policies", "predprey_env.jit", "predprey_env.rendering", "predprey_env.sb3"),
-    *("esp_trainer", "esp_trainer.algorithms"),
+    *("esp_trainer", "esp_trainer.algorithms", "esp_trainer.networks"),
 )
 ABOUT_FIELDS = """\
 The fields of `RunConfig`. Any of them is an option of `esp-trainer train`, as in `--esp.n_trials 500`, and a line of

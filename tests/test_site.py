@@ -74,7 +74,7 @@ def page(browser: Browser) -> Iterator[Page]:
 
 def test_the_reference_has_every_public_name(site: Path) -> None:
     public = ("predprey_env", "predprey_env.policies", "predprey_env.jit", "predprey_env.rendering")
-    for name in (*public, "esp_trainer", "esp_trainer.algorithms"):
+    for name in (*public, "esp_trainer", "esp_trainer.algorithms", "esp_trainer.networks"):
         module, text = importlib.import_module(name), (site / f"reference/{name}.html").read_text()
         made = {"parallel_env", "env", "raw_env"} if name == "predprey_env" else set()  # of the specification's module
         for each in set(module.__all__) | made:
