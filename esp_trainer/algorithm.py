@@ -8,7 +8,8 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from esp_trainer.config import EspConfig
-from esp_trainer.types import Controller, EvolvedTeams, Fitness
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import EvolvedTeams, Fitness
 
 Self = TypeVar("Self", bound="Algorithm")
 

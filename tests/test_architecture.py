@@ -16,8 +16,10 @@ ROOT = Path(__file__).parent.parent
 
 # A module may import what stands before it, and its own layer.
 LAYERS = [
+    ["plugins"],
+    ["networks"],
     ["types"],
-    ["config", "cores", "seeding", "statistics", "files", "tasks", "plugins"],
+    ["config", "cores", "seeding", "statistics", "files", "tasks"],
     ["presets", "algorithm"],
     ["esp"],
     ["algorithms"],

@@ -15,7 +15,8 @@ from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.esp.signal import Variance
 from esp_trainer.esp.team import as_candidates
-from esp_trainer.types import Controller, EvolvedTeams, Fitness
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import EvolvedTeams, Fitness
 
 Self = TypeVar("Self", bound="WholeTeams")
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})

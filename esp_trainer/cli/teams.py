@@ -11,10 +11,11 @@ from esp_trainer.esp.team import IN_A_WORLD, Team
 from esp_trainer.evaluation.match import match
 from esp_trainer.exact.team import OptimalPlay
 from esp_trainer.files import DamagedFileError
+from esp_trainer.networks.controller import Controller
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.statistics import Rate, in_points
 from esp_trainer.teams.zoo import known_teams, load_team
-from esp_trainer.types import Contestant, Controller, Role, ScriptedTeams
+from esp_trainer.types import Contestant, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 from predprey_env.policies.scripted import NUMBERS
 

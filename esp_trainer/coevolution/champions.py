@@ -15,17 +15,8 @@ import numpy as np
 from esp_trainer.coevolution.episodes import play
 from esp_trainer.config import ChampionConfig
 from esp_trainer.esp.team import as_candidates, in_every_trial, pick
-from esp_trainer.types import (
-    ROLES,
-    Controller,
-    Evaluator,
-    EvolvedTeams,
-    Fitness,
-    Fixed,
-    Role,
-    TeamBatch,
-    TrialBatch,
-)
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fitness, Fixed, Role, TeamBatch, TrialBatch
 from predprey_env.agents import other_team
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.esp.team import as_candidates
-from esp_trainer.types import Controller, EvolvedTeams
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import EvolvedTeams
 
 Shape = tuple[int, ...]
 Choice = Callable[[HallOfFame, Shape, np.random.Generator], np.ndarray]

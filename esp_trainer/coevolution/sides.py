@@ -14,8 +14,9 @@ from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.networks.controller import Controller
 from esp_trainer.seeding import stream
-from esp_trainer.types import ROLES, Controller, Fixed, Role, ScriptedTeams
+from esp_trainer.types import ROLES, Fixed, Role, ScriptedTeams
 
 
 @dataclass

@@ -7,8 +7,8 @@ from itertools import combinations
 import numpy as np
 
 from esp_trainer.config import SideConfig
+from esp_trainer.networks.controller import Controller
 from esp_trainer.networks.registry import make_network
-from esp_trainer.types import Controller
 from predprey_env.config import PLAIN_SIGHT, Sight
 
 

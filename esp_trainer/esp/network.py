@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from esp_trainer.networks.activations import exponential, logistic
+from esp_trainer.networks.controller import Controller
 from esp_trainer.networks.protocol import respond
-from esp_trainer.types import Controller
 from predprey_env.config import Sight
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store, where

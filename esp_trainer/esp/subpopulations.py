@@ -16,7 +16,8 @@ from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.esp.estimates import Estimates
 from esp_trainer.esp.signal import Variance
-from esp_trainer.types import Controller, EvolvedTeams, Fitness, Genomes
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import EvolvedTeams, Fitness, Genomes
 
 
 class Subpopulations:

@@ -14,7 +14,8 @@ from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.network import Networks
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from esp_trainer.types import ROLES, Controller, EvolvedTeams, Role
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import ROLES, EvolvedTeams, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import EnvConfig, Sight
 from predprey_env.jit.compilation import entry_point

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from esp_trainer.esp.network import Networks, play, reads_team
-from esp_trainer.types import Controller
+from esp_trainer.networks.controller import Controller
 from predprey_env.config import Rules, Sight
 from predprey_env.engine import Block, begin, caught_at, cells, make_block, make_seen, make_world, measure, play_step
 from predprey_env.jit.compilation import entry_point, rule

@@ -17,9 +17,10 @@ from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
 from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.evaluation.kernel import Entrants, seed_of
+from esp_trainer.networks.controller import Controller
 from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.report.javascript import translate
-from esp_trainer.types import ROLES, Controller, Role
+from esp_trainer.types import ROLES, Role
 from predprey_env.config import MOVES, EnvConfig
 from predprey_env.engine import play_step
 from predprey_env.policies import ScriptedTeam

@@ -9,7 +9,7 @@ import pytest
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
-from esp_trainer.types import Controller
+from esp_trainer.networks.controller import Controller
 from predprey_env.config import Sight
 
 KINDS = ["split", "monolithic", "combiner", "double", "pairs", "central"]

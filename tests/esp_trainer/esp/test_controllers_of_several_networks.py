@@ -15,7 +15,7 @@ from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.network import Networks
 from esp_trainer.esp.network import play as play_networks
-from esp_trainer.types import Controller
+from esp_trainer.networks.controller import Controller
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.lanes import LANES, store
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.network import draw, exponential, logistic, most_votes, vote
-from esp_trainer.types import Controller
+from esp_trainer.networks.controller import Controller
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.lanes import LANES, load, store
 

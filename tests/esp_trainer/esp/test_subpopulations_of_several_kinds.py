@@ -10,7 +10,7 @@ import pytest
 from esp_trainer.config import EspConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, offset_wiring
 from esp_trainer.esp.subpopulations import Subpopulations
-from esp_trainer.types import Controller
+from esp_trainer.networks.controller import Controller
 
 SIZE = 20
 

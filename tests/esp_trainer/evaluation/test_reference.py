@@ -18,7 +18,8 @@ from esp_trainer.esp.controller import make_controller
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.evaluation.reference import ReferenceEvaluator, predprey_reference, team_of_trial
 from esp_trainer.evaluation.starts import CellStarts, SeedStarts
-from esp_trainer.types import Controller, EvolvedTeams, Role, TrialBatch
+from esp_trainer.networks.controller import Controller
+from esp_trainer.types import EvolvedTeams, Role, TrialBatch
 from predprey_env import EnvConfig
 
 
