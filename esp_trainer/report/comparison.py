@@ -52,6 +52,8 @@ class _Measure:
     """Function that returns the generations and one curve per run; None for a measure without curves."""
     measure: str
     """Name of the measure of the dot plot, see :func:`~esp_trainer.analysis.comparison.measures`."""
+    beside: tuple[str, ...] = ()
+    """Names of all measures whose dot plots share an axis with this one."""
 
 
 def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]) -> str:
@@ -80,7 +82,8 @@ def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], n
 def _told() -> list[tuple[str, str, list[_Measure]]]:
     """Return title, explanation and measures of each section."""
     success = _Measure("Both sides", "share of prey caught", _success, "caught")
-    signals = [_Measure(role.capitalize(), "share", None, f"{role}_signal") for role in ROLES]
+    names = tuple(f"{role}_signal" for role in ROLES)
+    signals = [_Measure(role.capitalize(), "share", None, name, names) for role, name in zip(ROLES, names, strict=True)]
     return [
         *((title, words, [_against(role, panel) for role in ROLES]) for panel, (title, words) in _PANELS.items()),
         ("Success, champion against champion", _ABOUT_SUCCESS, [success]),
@@ -147,6 +150,9 @@ def _dots(axes: Axes, measure: _Measure, conditions: Sequence[Condition]) -> Non
     axes.set(xlabel=measure.axis, yticks=[], ylim=(len(conditions) - 0.6, -0.75))
     axes.spines["left"].set_visible(False)
     axes.margins(x=0.06)
+    beside = [each.known(name) for each in conditions for name in measure.beside]
+    axes.update_datalim([(value, 0) for values in beside for value in values])
+    axes.autoscale_view(scaley=False)
     axes.locator_params(axis="x", nbins=5)
 
 
