@@ -26,7 +26,10 @@ from esp_trainer.report.story import story
 from esp_trainer.seeding import stream
 from predprey_env.settings import flat
 
-_SCRIPTS = ("teams", "game", "behaviours", "painter", "timeline", "thoughts", "player", "charts", "main")
+_SCRIPTS = (
+    *("dom", "teams", "episode", "game", "behaviours", "painter", "timeline", "thoughts", "player", "dragging", "keys"),
+    *("charts", "main"),
+)
 _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations
 
 

@@ -52,6 +52,8 @@ function theme(name) {
 if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
+  listenToKeys(player);
+  letDrag(player, () => {});
 }
 charts = new Charts(data, player ?? { sides: [] });
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");

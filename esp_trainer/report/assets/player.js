@@ -1,6 +1,7 @@
 // The player: selects a match and plays it.
 
 const PACE = 12; // steps per second
+const A_WHILE = 5 * PACE; // steps that the first chase on the page lasts, if it can
 
 class Player {
   constructor(data, on) {
@@ -11,6 +12,7 @@ class Player {
     this.painter = new Painter(byId("world"), env);
     this.timeline = new Timeline(byId("timeline"), behaviours, (step) => this.seek(step));
     this.thoughts = new Thoughts(byId("thoughts"), this.game, moves, (agent) => { this.agent = agent; this.draw(); });
+    this.live = null; // a game in which a person plays, instead of the match
     this.agent = 0;
     this.speed = 1;
     this.time = 0;
@@ -24,31 +26,39 @@ class Player {
     this.predators = this.#pick("predators", predators ?? this.predators ?? { run: first });
     this.prey = this.#pick("prey", prey ?? this.prey ?? { run: first });
     if (start !== undefined) Object.assign(this, { start, startName: name });
-    this.scene = this.played(this.predators, this.prey, this.start);
-    this.match = this.scene.match;
+    this.watch(this.played(this.predators, this.prey, this.start), step);
+  }
+
+  // Show a match that was played, with everything that is drawn of it.
+  watch(scene, step) {
+    this.live?.stop();
+    Object.assign(this, { scene, match: scene.match, time: Math.min(step, scene.match.length) });
     this.pause();
-    this.time = Math.min(step, this.match.length);
     this.#settle();
     this.draw();
   }
 
   // Return a match with everything that is drawn of it.
   played(predators, prey, start) {
-    const team = (side, { run, n }) => this.sides[run][side].team(n);
-    const cells = typeof start === "number" ? this.data.starts[start] : start;
-    const match = this.game.match(team("predators", predators), team("prey", prey), cells);
-    return { match, ...behavioursOf(match, this.data.world) };
+    return this.marked(this.game.match(this.team("predators", predators), this.team("prey", prey), this.cellsOf(start)));
   }
 
-  // Return the first start from which the match of the last generations ends with the most prey caught.
+  marked(match) { return { match, ...behavioursOf(match, this.data.world) }; }
+
+  team(side, { run, n }) { return this.sides[run][side].team(n); }
+
+  cellsOf(start) { return typeof start === "number" ? this.data.starts[start] : start; }
+
+  // Return the start from which the match of the last generations ends with the most prey caught; of several the first
+  // that plays for a while, or the longest.
   eventful() {
     const run = this.sides.find(Boolean), last = (side) => side.team(Math.max(0, side.generations.length - 1));
-    let [best, most] = [0, 0];
+    let [best, most, longest] = [0, 0, 0];
     for (const [i, start] of this.data.starts.entries()) {
-      const { caughtAt } = this.game.match(last(run.predators), last(run.prey), start);
+      const { caughtAt, length } = this.game.match(last(run.predators), last(run.prey), start);
       const caught = caughtAt.filter((at) => at < Infinity).length;
-      if (caught > most) [best, most] = [i, caught];
-      if (most === caughtAt.length) break;
+      if (caught > most || (caught > 0 && caught === most && length > longest)) [best, most, longest] = [i, caught, length];
+      if (most === caughtAt.length && longest >= A_WHILE) break;
     }
     return best;
   }
@@ -61,6 +71,10 @@ class Player {
   }
 
   draw() {
+    if (this.live) {
+      this.live.draw();
+      return;
+    }
     const step = Math.floor(this.time);
     this.painter.paint(this.scene, this.time, { chosen: this.agent });
     this.timeline.at(this.time);
@@ -73,6 +87,7 @@ class Player {
   }
 
   play() {
+    this.live?.stop();
     if (this.time >= this.match.length) this.time = 0;
     this.playing = true;
     this.#toggled();
@@ -102,6 +117,7 @@ class Player {
   }
 
   seek(step) {
+    this.live?.stop();
     this.pause();
     this.time = Math.max(0, Math.min(this.match.length, step));
     this.draw();
@@ -146,78 +162,8 @@ class Player {
       runs.addEventListener("change", () => this.show({ [side]: { ...this[side], n: undefined, run: Number(runs.value) } }));
       byId(side).addEventListener("input", (event) => this.show({ [side]: { run: this[side].run, n: Number(event.target.value) } }));
     }
-    document.addEventListener("keydown", (event) => this.#key(event));
-    this.#dragging();
-  }
-
-  #key(event) {
-    const { key, target } = event;
-    // Outside the player, Home and End scroll the page: it is long, and no label mentions these keys.
-    const pages = ["Home", "End"].includes(key) && !target.closest("#play");
-    const focused = target.closest("button, summary, a") ? key === " " : target.closest("input") ? key !== " " : target.closest("select");
-    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || pages || focused || !this.#inView()) return;
-    const keys = {
-      " ": () => event.repeat || (this.playing ? this.pause() : this.play()),
-      ArrowLeft: () => this.seek(Math.ceil(this.time) - 1),
-      ArrowRight: () => this.seek(Math.floor(this.time) + 1),
-      Home: () => this.seek(0),
-      End: () => this.seek(this.match.length),
-    };
-    if (!keys[key]) return;
-    event.preventDefault();
-    keys[key]();
-  }
-
-  // Return whether the player is visible. If not, keys act on the page: space scrolls it.
-  #inView() {
-    const { top, bottom } = document.querySelector(".stage").getBoundingClientRect();
-    return bottom > 0 && top < window.innerHeight;
-  }
-
-  // Let the user drag an agent. The current cells become the new start, with the agent where it is dropped.
-  #dragging() {
-    const { canvas } = this.painter;
-    let cells = null, held = -1, moved = false;
-    const cellOf = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return this.painter.cellAt(event.clientX - box.left, event.clientY - box.top);
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      const here = this.match.cells[Math.floor(this.time)], at = cellOf(event);
-      const along = (cell, axis) => displacement(at[axis], cell[axis], this.env.size);
-      const away = here.map((cell) => Math.hypot(along(cell, 0), along(cell, 1)));
-      held = away.indexOf(Math.min(...away));
-      if (away[held] > Math.max(1, (3 * this.painter.radius) / this.painter.scale)) { held = -1; return; }
-      this.pause();
-      cells = here.map((cell) => [...cell]);
-      moved = false;
-      canvas.setPointerCapture(event.pointerId);
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      if (held < 0) return;
-      const at = cellOf(event);
-      if (at[0] === cells[held][0] && at[1] === cells[held][1]) return;
-      cells[held] = at;
-      moved = true;
-      this.show({ start: cells.map((cell) => [...cell]) });
-    });
-    canvas.addEventListener("pointerup", () => {
-      if (held >= 0 && !moved) this.agent = held;
-      held = -1;
-      this.draw();
-    });
-    canvas.addEventListener("pointercancel", () => { held = -1; });
-    // A finger on an agent drags it; elsewhere it scrolls the page.
-    canvas.addEventListener("touchstart", (event) => { if (held >= 0) event.preventDefault(); }, { passive: false });
   }
 }
 
-const byId = (id) => document.getElementById(id);
 const nearest_of = (kept, generation) => kept.reduce((best, each, i) => (
   Math.abs(each - generation) < Math.abs(kept[best] - generation) ? i : best), 0);
-
-// Set the options of a select, [[value, text, disabled], ...]. It is hidden if there is nothing to choose.
-function fill(select, options) {
-  select.replaceChildren(...options.map(([value, textContent, disabled]) => element("option", { value, textContent, disabled: Boolean(disabled) })));
-  select.hidden = options.length < 2;
-}

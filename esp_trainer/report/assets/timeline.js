@@ -40,9 +40,3 @@ class Timeline {
     for (const cursor of this.cursors) cursor.style.left = `${(100 * Math.min(time, this.length)) / this.length}%`;
   }
 }
-
-function element(tag, properties = {}, children = []) {
-  const made = Object.assign(document.createElement(tag), properties);
-  made.append(...children);
-  return made;
-}
