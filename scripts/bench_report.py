@@ -24,9 +24,9 @@ from study import table
 
 # The moment of the rarest behaviour that is seen with a capture, as it happens.
 SHOW = """() => {
-  const { player, data } = predprey, moments = data.moments.filter(({ title }) => !title.startsWith("Phase"));
-  const rare = ["Encirclement", "Herding", "Simultaneous capture", "Opposing attack"];
-  const moment = moments.find(({ title }) => rare.includes(title)) ?? moments[0];
+  const { player, data: { moments } } = predprey;
+  const rare = ["encirclement", "herding", "simultaneous capture", "opposing attack"];
+  const moment = moments.find(({ behaviour }) => rare.includes(behaviour)) ?? moments[0];
   const team = { run: moment.run, generation: moment.generation };
   player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.step + 3 });
   document.getElementById("play").scrollIntoView();

@@ -82,6 +82,13 @@ class MeasuredRuns:
     watched: Watched | None = None
 
 
+def never_seen(runs: Sequence[MeasuredRuns]) -> list[str]:
+    """Return the behaviours that are defined for the teams but were never seen."""
+    watched = [run.watched for run in runs if run.watched]
+    asked = [name for name in SHOWN if watched and not np.isnan(watched[0].excess(name)).all()]
+    return [name for name in asked if not any(name in moments for each in watched for moments in each.moments)]
+
+
 def measure(sources: Sequence[RunSource], settings: ReportOptions, say: Callable[[str], None]) -> list[MeasuredRuns]:
     """Measure every run by itself, and against the others.
 

@@ -1,11 +1,12 @@
-"""Moments to show in a report: for each phase and each behaviour, the moment that shows it best.
+"""Moments to show in a report: for some phases and each behaviour, the moment that shows it best.
 
-Figures 4 and 6 of the paper show such moments, chosen by eye; here the detectors choose them.
+Figures 4 and 6 of the paper show such moments, chosen by eye; here the detectors choose them. Each behaviour is shown
+once: with the phase that it sets apart, or by itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,47 +15,80 @@ from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.phases import Phase
 from esp_trainer.report.measure import SEEN, SHOWN, MeasuredRuns, Watched
 
+PHASES = 6
+"""Maximum number of phases that are shown."""
+
 
 def of_phases(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
-    """Return a moment for each phase, of the behaviour that sets the phase apart from the rest of its run.
+    """Return a moment for each phase that a behaviour sets apart from the rest of its run, at most :data:`PHASES`.
 
-    They are the phases of the first run that has more than one phase.
+    They are the phases of the first run that has more than one phase. A behaviour that sets several phases apart is
+    shown with the one in which it stands out most.
     """
     for number, run in enumerate(runs):
         if run.watched and len(run.phases) > 1:
-            found = [_of_phase(number, run.watched, i, phase) for i, phase in enumerate(run.phases)]
-            return [moment for moment in found if moment]
+            apart = [each for i, phase in enumerate(run.phases) if (each := _set_apart(run.watched, i, phase))]
+            best: dict[str, tuple[float, int, str]] = {}
+            for difference, i, name in sorted(apart):
+                best[name] = (difference, i, name)
+            chosen = sorted(best.values(), reverse=True)[:PHASES]
+            return [
+                _of_phase(number, run.watched, i, run.phases[i], name)
+                for _, i, name in sorted(chosen, key=lambda each: each[1])
+            ]
     return []
 
 
-def _of_phase(number: int, watched: Watched, i: int, phase: Phase) -> dict[str, Any] | None:
-    inside = (watched.generations >= phase.start) & (watched.generations < phase.end)
-    if not inside.any():
-        return None
+def why_no_phases(runs: Sequence[MeasuredRuns]) -> str:
+    """Return the reason why :func:`of_phases` returns no moment, or why it does not return all; empty if it does."""
+    shown = len(of_phases(runs))
+    n_phases = max((len(run.phases) for run in runs), default=0)
+    if shown:
+        first = next(len(run.phases) for run in runs if run.watched and len(run.phases) > 1)
+        return f"Of {first} phases those that a behaviour sets apart are shown." if first > shown else ""
+    if n_phases == 0:
+        return "There are no phases: the run is too short to date them."
+    if n_phases == 1:
+        return "There are no phases: success stays at one level."
+    return "Phases have no pictures: no behaviour sets one apart from the rest of the run."
+
+
+def _inside(watched: Watched, phase: Phase) -> np.ndarray:
+    return (watched.generations >= phase.start) & (watched.generations < phase.end)
+
+
+def _set_apart(watched: Watched, i: int, phase: Phase) -> tuple[float, int, str] | None:
+    """Return the behaviour that sets a phase apart, preceded by its difference and the phase; None if none does."""
+    inside = _inside(watched, phase)
     seen = [name for name in SHOWN if any(name in watched.moments[at] for at in np.flatnonzero(inside))]
-    if not seen:
-        return None
-    often = {name: float(np.nanmean(watched.excess(name)[inside])) for name in seen}
-    apart = {name: often[name] - float(np.nanmean(watched.excess(name))) for name in seen}
-    name = max(seen, key=lambda name: apart[name])
-    marked = apart[name] >= SEEN
-    if not marked:
-        name = max(seen, key=lambda name: often[name])
-    excess = watched.excess(name)
+    apart = [
+        (float(np.nanmean(watched.excess(name)[inside]) - np.nanmean(watched.excess(name))), i, name) for name in seen
+    ]
+    best = max(apart, default=(0.0, i, ""))
+    return best if best[0] >= SEEN else None
+
+
+def _of_phase(number: int, watched: Watched, i: int, phase: Phase, name: str) -> dict[str, Any]:
+    inside, excess = _inside(watched, phase), watched.excess(name)
     at = max((at for at in np.flatnonzero(inside) if name in watched.moments[at]), key=lambda at: excess[at])
-    title = f"Phase {i + 1}: generations {phase.start} to {phase.end - 1}"
-    what = f"What sets it apart most is {name}" if marked else f"Nothing sets it apart; most often it is {name}"
     text = (
-        f"{phase.mean:.2f} of the prey caught. {what}: in {100 * often[name]:z.0f}% of its episodes beyond chance, "
-        f"{100 * np.nanmean(excess):z.0f}% in the whole run."
+        f"{_definition(name)} It sets generations {phase.start} to {phase.end - 1} apart: it is in "
+        f"{100 * np.nanmean(excess[inside]):z.0f}% of their episodes beyond chance, in "
+        f"{100 * np.nanmean(excess):z.0f}% in the whole run. {phase.mean:.2f} of the prey are caught."
     )
+    title = f"Phase {i + 1}: {name}"
     return {"title": title, "text": text, **_moment(number, watched, int(at), name)}
 
 
-def of_behaviours(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
-    """Return a moment of each behaviour that was seen, from the run and generation with its highest rate."""
+def of_behaviours(runs: Sequence[MeasuredRuns], without: Iterable[str] = ()) -> list[dict[str, Any]]:
+    """Return a moment of each behaviour that was seen, from the run and generation with its highest rate.
+
+    Args:
+        runs: Measured runs.
+        without: Behaviours to leave out.
+    """
     found = []
-    for name in SHOWN:
+    for name in [name for name in SHOWN if name not in without]:
         seen = [
             (float(run.watched.excess(name)[at]), number, at)
             for number, run in enumerate(runs)
@@ -68,16 +102,13 @@ def of_behaviours(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
             assert watched is not None
             rate = watched.rates[name][at]
             often = f"In {100 * rate.rate:.0f}% of its generation's episodes, by chance in {100 * rate.null:.0f}%."
-            text = f"{BEHAVIOURS[name].meaning.capitalize()}. {often}"
+            text = f"{_definition(name)} {often}"
             found.append({"title": name.capitalize(), "text": text, **_moment(number, watched, at, name)})
     return found
 
 
-def never_seen(runs: Sequence[MeasuredRuns]) -> list[str]:
-    """Return the behaviours that are defined for the teams but were never seen."""
-    watched = [run.watched for run in runs if run.watched]
-    asked = [name for name in SHOWN if watched and not np.isnan(watched[0].excess(name)).all()]
-    return [name for name in asked if not any(name in moments for each in watched for moments in each.moments)]
+def _definition(name: str) -> str:
+    return f"{BEHAVIOURS[name].meaning.capitalize()}."
 
 
 def _moment(number: int, watched: Watched, at: int, name: str) -> dict[str, Any]:

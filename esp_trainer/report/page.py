@@ -22,13 +22,25 @@ from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import charts, matches, moments
 from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure
 from esp_trainer.report.source import RunSource
-from esp_trainer.report.story import story
+from esp_trainer.report.story import Line, story
+from esp_trainer.report.verdict import verdict
 from esp_trainer.seeding import stream
 from predprey_env.settings import flat
 
 _SCRIPTS = (
-    *("dom", "teams", "episode", "game", "behaviours", "painter", "timeline", "thoughts", "player", "dragging", "keys"),
-    *("charts", "main"),
+    *(
+        "dom",
+        "teams",
+        "episode",
+        "game",
+        "behaviours",
+        "painter",
+        "timeline",
+        "thoughts",
+        "player",
+        "dragging",
+    ),
+    *("keys", "charts", "main"),
 )
 _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations
 
@@ -58,22 +70,22 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
     rules, unplayable = _rules(sources)
-    lines = story(runs)
+    phases = moments.of_phases(runs)
     data = {
         "world": matches.world(sources[0].config.env),
         "runs": _teams(runs, playable=not unplayable),
         "starts": _starts(runs),
-        "moments": [*moments.of_phases(runs), *moments.of_behaviours(runs)],
+        "moments": [*phases, *moments.of_behaviours(runs, without=[phase["behaviour"] for phase in phases])],
         "matrix": charts.matrix(runs),
         "charts": charts.charts(runs),
     }
     return Template(_asset("page.html")).substitute(
         title=escape(_title(sources)),
         subtitle=escape(_subtitle(sources)),
-        story="\n".join(f"<li>{escape(line)}</li>" for line in lines),
-        missing="\n".join(
-            f"<li>{escape(line)}</li>" for line in [*notes, *unplayable, *_missing(sources, moments.never_seen(runs))]
-        ),
+        verdict=escape(verdict(runs)),
+        story="\n".join(_line(line) for line in story(runs)),
+        missing="\n".join(f"<li>{escape(line)}</li>" for line in [*notes, *unplayable, *_missing(sources)]),
+        phases=escape(moments.why_no_phases(runs)),
         config=_config(sources[0].config),
         configured=escape(sources[0].name),
         version=escape(f"predprey-esp {version('predprey-esp')}"),
@@ -82,6 +94,12 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         data=_json(data),
         scripts="\n".join([rules, *map(_script, _SCRIPTS)]),
     )
+
+
+def _line(line: Line) -> str:
+    """Return a line of the story as HTML, with its figures on demand."""
+    figures = f"<details><summary>figures</summary>{escape(line.figures)}</details>" if line.figures else ""
+    return f"<li>{escape(line.words)} {figures}</li>"
 
 
 def _asset(name: str) -> str:
@@ -122,7 +140,7 @@ def _subtitle(sources: Sequence[RunSource]) -> str:
     )
 
 
-def _missing(sources: Sequence[RunSource], unseen: list[str]) -> list[str]:
+def _missing(sources: Sequence[RunSource]) -> list[str]:
     of_runs: dict[str, list[str]] = {}
     for source in sources:
         for line in source.missing:
@@ -130,12 +148,9 @@ def _missing(sources: Sequence[RunSource], unseen: list[str]) -> list[str]:
     several = len(sources) > 1
     lines = [f"{_names(names, sources)}: {line}" if several else line for line, names in of_runs.items()]
     unfinished = [source for source in sources if source.done < source.config.generations]
-    lines += [
+    return lines + [
         f"{each.name} has {each.done} of its {each.config.generations} generations so far." for each in unfinished
     ]
-    if unseen:
-        lines.append(f"Never seen: {', '.join(unseen)}.")
-    return lines
 
 
 def _names(names: list[str], sources: Sequence[RunSource]) -> str:

@@ -1,41 +1,69 @@
-"""The summary at the top of a report, in up to five sentences with numbers."""
+"""The story of a report: up to five lines in words, each with its figures on demand."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
+from esp_trainer.analysis.phases import MIN_LENGTH
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
-from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
+from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared, never_seen
+from esp_trainer.report.verdict import NOTABLE, caught_in_words, in_words, script_of, swings, won
 from esp_trainer.types import ROLES, Role
 
-NOTABLE = 0.02
-"""Minimum gain, as a fraction of the prey, at which a side is said to have become better in one or two runs. With three
-or more runs the interval decides."""
+NAMED = 3
+"""Maximum number of phases or behaviours that a line names."""
 
 
-def story(runs: Sequence[MeasuredRuns]) -> list[str]:
+@dataclass(frozen=True)
+class Line:
+    """A line of the story."""
+
+    words: str
+    figures: str = ""
+    """Numbers behind the words; empty if there are none."""
+
+
+def story(runs: Sequence[MeasuredRuns]) -> list[Line]:
     """Return lines about progress, results against other opponents, cycles, phases, and behaviours of the runs."""
     lines = [_progress(runs), _met_others(runs) or _corners(runs), _circles(runs), _phases(runs), _behaviours(runs)]
     return [line for line in lines if line]
 
 
-def _progress(runs: Sequence[MeasuredRuns]) -> str:
+def _progress(runs: Sequence[MeasuredRuns]) -> Line:
     both = [run.progress for run in runs if run.progress]
     if not both:
         return _without_progress(runs)
-    return f"{_verdict(_strengths(both))}: against the same opponents of their run, {_gains(both)}."
+    better, winners = _improved(both), [winner[0] for run in runs if (winner := won(run))]
+    words = f"{_who(better, len(both))} against the same opponents of the run."
+    if winners and len(better) == 2:  # a side that was left behind did not simply "get better"
+        words = _left_behind(winners, len(runs))
+    return Line(words, f"Against the same opponents of the run, {_gains(both)}.")
 
 
-def _met_others(runs: Sequence[MeasuredRuns]) -> str:
+def _left_behind(winners: Sequence[Role], n_runs: int) -> str:
+    if n_runs == 1:
+        loser = "prey" if winners[0] == "predators" else "predators"
+        return f"The {winners[0]} left the {loser} behind: late {loser} gained on early opponents only."
+    return (
+        "Late champions of both sides do better than early ones against the same opponents of their run, and yet in "
+        f"{len(winners)} of {n_runs} runs one side won."
+    )
+
+
+def _met_others(runs: Sequence[MeasuredRuns]) -> Line | None:
     both = [run.met_others for run in runs if run.met_others]
     if not both:
-        return ""
+        return None
     p = f", p {against(list(map(two_sided, both))).p:.2g}" if len(both) >= MIN_SEEDS else ""
-    return f"Against opponents of other seeds, whom they never met, {_gains(both)}{p}."
+    words = f"{_who(_improved(both), len(both))} against opponents of other seeds, whom they never met."
+    if any(map(won, runs)) and len(_improved(both)) == 2:
+        words = "Late champions of both sides do better than early ones against opponents of other seeds too."
+    return Line(words, f"Against opponents of other seeds, {_gains(both)}{p}.")
 
 
 def _strengths(both: Sequence[Sides[Progress]]) -> dict[Role, list[float]]:
@@ -50,31 +78,21 @@ def _gains(both: Sequence[Sides[Progress]]) -> str:
     )
 
 
-def _verdict(strengths: dict[Role, list[float]]) -> str:
-    """Say which sides became better.
+def _improved(both: Sequence[Sides[Progress]]) -> list[Role]:
+    """Return the sides that became better.
 
     With one or two runs, a side became better if it gained more than :data:`NOTABLE` in each. With more, it did if the
     interval of its gain lies above 0.
     """
-    n = len(strengths["prey"])
-    better = [
-        role
-        for role, values in strengths.items()
-        if (min(values) > NOTABLE if n < MIN_SEEDS else over_seeds(values).low > 0)
-    ]
-    if n == 1:
-        who = "both sides" if len(better) == 2 else f"only the {better[0]}" if better else "neither side"
-        return f"In this run {who} got better"
-    if n < MIN_SEEDS:
-        who = "Both sides" if len(better) == 2 else f"Only the {better[0]}" if better else "No side"
-        return f"{who} got better in each of the two runs"
-    if len(better) == 2:
-        return "Both sides made progress"
-    return (
-        f"The {better[0]} made progress, the other side none that can be shown"
-        if better
-        else "No progress can be shown"
-    )
+    few = len(both) < MIN_SEEDS
+    gains = _strengths(both)
+    return [role for role in ROLES if (min(gains[role]) > NOTABLE if few else over_seeds(gains[role]).low > 0)]
+
+
+def _who(better: Sequence[Role], n_runs: int) -> str:
+    where = "" if n_runs == 1 else " in each of the two runs" if n_runs < MIN_SEEDS else " over the runs"
+    who = "Both sides" if len(better) == 2 else f"Only the {better[0]}" if better else "Neither side"
+    return f"{who} got better{where}"
 
 
 def _figure(values: list[float], sign: str = "") -> str:
@@ -85,68 +103,94 @@ def _figure(values: list[float], sign: str = "") -> str:
     return f"{estimate.mean:{sign}z.2f} [{estimate.low:{sign}z.2f}, {estimate.high:{sign}z.2f}]"
 
 
-def _without_progress(runs: Sequence[MeasuredRuns]) -> str:
+def _without_progress(runs: Sequence[MeasuredRuns]) -> Line:
     """Return the line for runs in which only one side evolved, or that are too short to measure progress."""
     curves = [run.own.caught.ravel() for run in runs if run.own]
     if not curves:
-        return "No champion could be read, so nothing can be said of progress."
+        return Line("No champion could be read, so nothing can be said of progress.")
     if len(curves[0]) == 1:
-        return "The champions of one generation say nothing of progress."
+        return Line("The champions of one generation say nothing of progress.")
     sixth = max(1, len(curves[0]) // 6)
     early, late = ([float(curve[part].mean()) for curve in curves] for part in (slice(sixth), slice(-sixth, None)))
-    config = runs[0].source.config
-    script = next(policy for policy in (config.predators.policy, config.prey.policy, "nobody") if policy != "esp")
-    return (
-        f"Against the script {script}: {_figure(early)} of the prey were caught early in the run, {_figure(late)} late."
+    script = f"Against the script {script_of(runs[0])}"
+    return Line(
+        f"{script}, early in the run {caught_in_words(float(np.mean(early)))}, late {_mean_in_words(late)}.",
+        f"{script}: {_figure(early)} of the prey were caught early in the run, {_figure(late)} late.",
     )
 
 
-def _corners(runs: Sequence[MeasuredRuns]) -> str:
+def _corners(runs: Sequence[MeasuredRuns]) -> Line | None:
     corners = [early_late(run.own.caught) for run in runs if run.own and run.progress]
     if not corners:
-        return ""
+        return None
     names = ("early_hunt_early", "late_hunt_early", "early_hunt_late", "late_hunt_late")
-    found = {name: _figure([getattr(corner, name) for corner in corners]) for name in names}
-    return (
+    each = {name: [getattr(corner, name) for corner in corners] for name in names}
+    words, found = ({name: say(values) for name, values in each.items()} for say in (_mean_in_words, _figure))
+    return Line(
+        f"Early predators catch {words['early_hunt_early']} early prey, late predators {words['late_hunt_early']}. "
+        f"Of late prey, early predators catch {words['early_hunt_late']}, late predators {words['late_hunt_late']}.",
         f"Early predators catch {found['early_hunt_early']} of early prey, late ones {found['late_hunt_early']}; "
-        f"of late prey early predators catch {found['early_hunt_late']}, late ones {found['late_hunt_late']}."
+        f"of late prey early predators catch {found['early_hunt_late']}, late ones {found['late_hunt_late']}.",
     )
 
 
-def _circles(runs: Sequence[MeasuredRuns]) -> str:
+def _mean_in_words(values: list[float]) -> str:
+    return in_words(float(np.mean(values)))
+
+
+def _circles(runs: Sequence[MeasuredRuns]) -> Line | None:
     played = [run.own for run in runs if run.own and run.progress]
     shares = [1 - transitive_share(own.caught, own.n_episodes) for own in played]
     known = [share for share in shares if not np.isnan(share)]
     if not known:
-        return ""
+        return None
+    figures = f"Of who beats whom, {_figure(known)} depends on the opponent."
     if max(known) < 0.005:
-        return "Who beats whom is a ladder of strength: that any of it depends on the opponent cannot be shown."
-    return (
-        f"Of who beats whom, {_figure(known)} depends on the opponent, as in rock, paper, scissors; the rest is a "
-        "ladder of strength."
+        return Line("Who beats whom is a ladder of strength: nothing shows that it depends on the opponent.", figures)
+    mean = float(np.mean(known))
+    how = "Only a little" if mean < 0.15 else "Part" if mean < 0.5 else "Most"
+    return Line(
+        f"{how} of who beats whom depends on the opponent, as in rock, paper, scissors; the rest is a ladder of "
+        "strength.",
+        figures,
     )
 
 
-def _phases(runs: Sequence[MeasuredRuns]) -> str:
+def _phases(runs: Sequence[MeasuredRuns]) -> Line:
     dated = [run for run in runs if run.alternation]
     if not dated:
-        return ""
+        return Line(f"Phases are not dated: that takes a log of at least {2 * MIN_LENGTH} generations.")
     if len(runs) > 1:
-        counts = sorted({len(run.phases) for run in dated})
-        many = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-        to_and_fro = sum(run.alternation.count > 1 and run.alternation.p <= 0.05 for run in dated if run.alternation)
-        return (
-            f"Success has {many} phase{'s' if counts[-1] > 1 else ''} a run; in {to_and_fro} of {len(dated)} runs it "
-            "goes to and fro: it crosses its mean more than once, and as often by chance with p of at most 0.05."
-        )
+        return _phases_of_several(dated)
     (run,) = dated
     assert run.alternation is not None
     if len(run.phases) == 1:
-        return f"Success has no phases: {run.phases[0].mean:.2f} of the prey are caught from first to last."
-    changes = ", ".join(f"{phase.mean:.2f} from generation {phase.start}" for phase in run.phases)
-    return (
-        f"Success has {len(run.phases)} phases, by the prey caught: {changes}. It crosses its mean "
-        f"{_times(run.alternation.count)}; by chance as often with p = {run.alternation.p:.2g}."
+        mean = run.phases[0].mean
+        return Line(
+            f"Success has no phases: from first to last {caught_in_words(mean)}.",
+            f"{mean:.2f} of the prey are caught from first to last.",
+        )
+    least, most = (choose(run.phases, key=lambda phase: phase.mean) for choose in (min, max))
+    longest = sorted(sorted(run.phases, key=lambda phase: phase.start - phase.end)[:NAMED], key=lambda each: each.start)
+    named = "; ".join(f"{phase.mean:.2f} in generations {phase.start} to {phase.end - 1}" for phase in longest)
+    rest = f", the {NAMED} longest {named}" if len(run.phases) > NAMED else f": {named}"
+    return Line(
+        f"Success went through {len(run.phases)} phases: at the lowest (from generation {least.start}) "
+        f"{caught_in_words(least.mean)}, at the highest (from generation {most.start}) {in_words(most.mean)}. "
+        f"{'It swung to and fro more often than chance would.' if swings(run) else 'It did not swing to and fro.'}",
+        f"{len(run.phases)} phases, by the prey caught{rest}. Success crosses its mean "
+        f"{_times(run.alternation.count)}; by chance as often with p = {run.alternation.p:.2g}.",
+    )
+
+
+def _phases_of_several(dated: Sequence[MeasuredRuns]) -> Line:
+    counts = sorted({len(run.phases) for run in dated})
+    many = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    to_and_fro = sum(map(swings, dated))
+    return Line(
+        f"Success has {many} phase{'s' if counts[-1] > 1 else ''} a run; it swings to and fro in {to_and_fro} of "
+        f"{len(dated)} runs.",
+        "To and fro: success crosses its mean more than once, and as often by chance with p of at most 0.05.",
     )
 
 
@@ -154,22 +198,30 @@ def _times(n: int) -> str:
     return {0: "never", 1: "once", 2: "twice"}.get(n, f"{n} times")
 
 
-def _behaviours(runs: Sequence[MeasuredRuns]) -> str:
+def _behaviours(runs: Sequence[MeasuredRuns]) -> Line | None:
     watched = [run.watched for run in runs if run.watched]
     if not watched:
-        return ""
-    seen, absent = [], []
+        return None
+    never, seen, absent = never_seen(runs), [], []
     for name in SHOWN:
         rates = np.mean([each.excess(name) for each in watched], axis=0)
         if np.isnan(rates).all():
             continue
         top = int(np.nanargmax(rates))
         if appeared(watched, name):
-            seen.append(
-                (float(rates[top]), f"{name} ({100 * rates[top]:.0f}% at generation {watched[0].generations[top]})")
-            )
-        else:
+            seen.append((float(rates[top]), name, int(watched[0].generations[top])))
+        elif name not in never:
             absent.append(name)
-    words = "; ".join(word for _, word in sorted(seen, reverse=True)) or "none"
-    rest = f" Next to none: {', '.join(absent)}." if absent else ""
-    return f"Behaviours beyond chance, with their peaks: {words}.{rest}"
+    seen.sort(reverse=True)
+    named = ", ".join(name for _, name, _ in seen[:NAMED])
+    more = f", and {len(seen) - NAMED} more" if len(seen) > NAMED else ""
+    peaks = "; ".join(f"{name} ({100 * rate:.0f}% at generation {at})" for rate, name, at in seen)
+    figures = [
+        f"Behaviours beyond chance, with their peaks: {peaks}." if peaks else "",
+        f"Next to none: {', '.join(absent)}." if absent else "",
+        f"Never seen: {', '.join(never)}." if never else "",
+    ]
+    words = (
+        f"Seen more often than by chance: {named}{more}." if seen else "No behaviour is seen more often than by chance."
+    )
+    return Line(words, " ".join(filter(None, figures)))

@@ -3,10 +3,15 @@
 const data = JSON.parse(byId("data").textContent);
 const playable = data.runs.some((run) => run.sides) && data.starts.length > 0;
 let charts = null;
-const player = playable ? new Player(data, () => charts?.mark()) : null;
+const player = playable ? new Player(data, chosen) : null;
 const CLOSE_UP = 50; // side of the picture of a moment, in cells
 const LONG = 30; // maximum number of steps of a lasting behaviour to show
 const pictures = player ? data.moments.map(pictured) : [];
+
+// Follow the player to another match.
+function chosen() {
+  charts?.mark();
+}
 
 // Add a picture of a moment, in a button that plays it.
 function pictured(moment) {
@@ -17,7 +22,7 @@ function pictured(moment) {
   button.addEventListener("click", () => {
     player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.shown[0] });
     byId("toggle").focus({ preventScroll: true }); // otherwise space would press the moment's button again
-    byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
+    bring(byId("play"));
     player.play();
   });
   byId("moments").hidden = false;
@@ -59,4 +64,5 @@ charts = new Charts(data, player ?? { sides: [] });
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
+if (player && !calm()) player.play();
 window.predprey = { data, player, charts, Game, Side, behavioursOf, fma };

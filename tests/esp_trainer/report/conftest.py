@@ -108,11 +108,11 @@ class Tab:
         assert self.requests == []
 
 
-def _listening(tab: Tab, file: Path) -> Tab:
+def _listening(tab: Tab, file: Path, at: str = "") -> Tab:
     tab.page.on("console", lambda message: tab.complaints.append(f"{message.type}: {message.text}"))
     tab.page.on("pageerror", lambda error: tab.complaints.append(str(error)))
     tab.page.on("request", lambda request: None if _inside(request.url, file) else tab.requests.append(request.url))
-    tab.page.goto(file.resolve().as_uri())
+    tab.page.goto(file.resolve().as_uri() + at)
     return tab
 
 
@@ -132,14 +132,18 @@ def blank_tab(browser: Browser, page_file: Path, tmp_path_factory: pytest.TempPa
 
 @pytest.fixture
 def open_page(browser: Browser) -> Iterator[Callable[..., Tab]]:
-    """``open_page(file, **context)``: a tab without a network, 1280 by 900 pixels if not told otherwise."""
+    """``open_page(file, at, **context)``: a tab without a network, 1280 by 900 pixels if not told otherwise.
+
+    ``at`` is the hash of its address. The reader asked for little motion, so the chase stands still until it is played.
+    """
     contexts = []
 
-    def go(file: Path, **options: Any) -> Tab:
-        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
+    def go(file: Path, at: str = "", **options: Any) -> Tab:
+        usual = {"viewport": {"width": 1280, "height": 900}, "reduced_motion": "reduce"}
+        context = browser.new_context(**{**usual, **options})
         context.set_offline(True)
         contexts.append(context)
-        return _listening(Tab(context.new_page()), file)
+        return _listening(Tab(context.new_page()), file, at)
 
     yield go
     for context in contexts:

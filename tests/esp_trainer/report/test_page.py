@@ -17,7 +17,7 @@ DataOf = Callable[[Path], dict[str, Any]]
 
 def story(page: Path) -> str:
     text = page.read_text("utf-8")
-    return html.unescape(text[text.index("<ol>") : text.index("</section>")])
+    return html.unescape(text[text.index('<p id="verdict">') : text.index("</section>")])
 
 
 def test_a_page_is_one_file_that_asks_for_no_other(page_file: Path) -> None:
@@ -114,6 +114,7 @@ def test_a_short_run_has_a_page_too(
     place = tmp_path / "run"
     assert main(["train", "smoke", "--generations", str(generations), "--out", str(place), "--quiet"]) == 0
     assert report(place) == 0
+    assert "This run is too short to say who improved." in story(place / "report.html")
     assert ("The champions of one generation say nothing of progress." in story(place / "report.html")) == (
         generations == 1
     )

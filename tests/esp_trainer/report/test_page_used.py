@@ -218,8 +218,8 @@ def test_agents_can_be_asked_while_they_play(page_file: Path, open_page: OpenPag
     tab = open_page(page_file)
     tab.page.locator("#toggle").click()
     for name in ("prey a", "predator 2", "prey b"):
-        tab.page.locator("#thoughts button", has_text=name).click(delay=90)
-        assert tab.page.locator("#thoughts button[aria-pressed=true]").inner_text() == name
+        tab.page.locator("#thoughts [aria-pressed]", has_text=name).click(delay=90)
+        assert tab.page.locator("#thoughts [aria-pressed=true]").inner_text() == name
     tab.assert_quiet()
 
 
@@ -328,7 +328,7 @@ def test_an_agent_that_is_dragged_starts_another_chase(runs: list[Path], page_fi
 @pytest.mark.slow
 def test_a_click_on_an_agent_asks_why_it_moved(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
-    tab.page.locator("#thoughts button", has_text="prey b").click()
+    tab.page.locator("#thoughts [aria-pressed]", has_text="prey b").click()
     assert "Step 0: prey b goes" in tab.page.locator("#thoughts caption").inner_text()
     assert tab.page.locator("#thoughts tbody tr").count() == 3  # a network for each predator
     assert tab.page.locator("#thoughts tfoot td").count() == 4
@@ -371,7 +371,7 @@ def test_predators_of_one_run_meet_prey_of_another(
 ) -> None:
     tab = open_page(pages_file)
     assert tab.page.locator("h1").inner_text() == "seed0 and 1 more"
-    assert "of other seeds" in tab.page.locator("#story").inner_text()
+    assert "of other seeds" in tab.page.locator("#story").text_content()
     tab.page.locator("#prey-run").select_option("1")
     shown = tab(STATE)
     start = data_of(pages_file)["starts"][shown["start"]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import historical_progress
 from esp_trainer.config import RunConfig
 from esp_trainer.report import moments
-from esp_trainer.report.measure import SHOWN, MeasuredRuns, Watched
+from esp_trainer.report.measure import SHOWN, MeasuredRuns, Watched, never_seen
 from esp_trainer.report.source import RunSource
-from esp_trainer.report.story import story
+from esp_trainer.report.story import Line, story
 
 N_EPISODES = 100
 SOURCE = RunSource("run", Path("run"), RunConfig(), 450, None, {}, {}, {}, ())
@@ -59,38 +60,70 @@ def watched(**excesses: list[float]) -> Watched:
     return Watched(np.array([0, 10, 20, 30]), rates, seen)
 
 
+def words(*runs: MeasuredRuns) -> list[str]:
+    return [line.words for line in story(runs)]
+
+
+def figures(*runs: MeasuredRuns) -> list[str]:
+    return [line.figures for line in story(runs)]
+
+
+def ending(level: float, **more: Any) -> MeasuredRuns:
+    """A run in whose second half so much prey is caught, champion against champion."""
+    source = replace(SOURCE, curves={"caught": np.repeat([0.4, level], 60)})
+    return replace(run(**more), source=source)
+
+
 @pytest.mark.parametrize(
-    ("predators", "prey", "verdict"),
+    ("predators", "prey", "said"),
     [
-        (0.3, 0.1, "In this run both sides got better: "),
-        (0.3, 0.0, "In this run only the predators got better: "),
-        (-0.1, 0.2, "In this run only the prey got better: "),
-        (0.0, 0.0, "In this run neither side got better: "),
+        (0.3, 0.1, "Both sides got better"),
+        (0.3, 0.0, "Only the predators got better"),
+        (-0.1, 0.2, "Only the prey got better"),
+        (0.0, 0.0, "Neither side got better"),
     ],
 )
-def test_it_says_who_became_better_and_by_how_much(predators: float, prey: float, verdict: str) -> None:
-    first = story([run(predators, prey)])[0]
-    assert first.startswith(verdict)
-    assert f"predators gain {predators:+.2f} of the prey, and prey {prey:+.2f}; " in first
-    assert first.endswith(f"the lesser of the two {min(predators, prey):+.2f}.")
+def test_it_says_who_became_better_and_by_how_much(predators: float, prey: float, said: str) -> None:
+    line = story([run(predators, prey)])[0]
+    assert line.words == f"{said} against the same opponents of the run."
+    assert line.figures == (
+        f"Against the same opponents of the run, from early to late predators gain {predators:+.2f} of the prey, and "
+        f"prey {prey:+.2f}; the lesser of the two {min(predators, prey):+.2f}."
+    )
+
+
+def test_a_side_that_was_left_behind_did_not_get_better() -> None:
+    assert words(ending(0.01))[0] == (
+        "The prey left the predators behind: late predators gained on early opponents only."
+    )
+    assert words(ending(0.99))[0].startswith("The predators left the prey behind")
+    assert words(ending(0.3))[0].startswith("Both sides got better")
+    others = run().progress
+    several = words(ending(0.01, met_others=others), ending(0.3, met_others=others))
+    assert several[0].endswith("and yet in 1 of 2 runs one side won.")
+    assert not any("oth sides got better" in line for line in several)
 
 
 def test_it_says_what_early_and_late_ones_catch() -> None:
     # Of 0.5 in the middle: 0.15 for the predators' end, 0.05 for the prey's.
-    assert story([run(0.3, 0.1)])[1] == (
+    assert figures(run(0.3, 0.1))[1] == (
         "Early predators catch 0.40 of early prey, late ones 0.70; of late prey early predators catch 0.30, "
         "late ones 0.60."
+    )
+    assert words(run(0.4, 0.2))[1] == (
+        "Early predators catch about 1 in 3 early prey, late predators about 4 in 5. Of late prey, early predators "
+        "catch about 1 in 5, late predators about 2 in 3."
     )
 
 
 def test_over_runs_the_interval_decides() -> None:
     sure = [run(0.3 + 0.01 * i, 0.1 + 0.01 * i) for i in (-1, 0, 1)]
     unsure = [run(0.3, 0.1 + 0.3 * i) for i in (-1, 0, 1)]
-    assert story(sure)[0].startswith("Both sides made progress")
-    assert "predators gain +0.30 [+0.28, +0.32] of the prey" in story(sure)[0]
-    assert story(unsure)[0].startswith("The predators made progress, the other side none that can be shown")
     nothing = [run(0.3 * i, 0.3 * i) for i in (-1, 0, 1)]
-    assert story(nothing)[0].startswith("No progress can be shown")
+    assert words(*sure)[0].startswith("Both sides got better over the runs")
+    assert "predators gain +0.30 [+0.28, +0.32] of the prey" in figures(*sure)[0]
+    assert words(*unsure)[0].startswith("Only the predators got better over the runs")
+    assert words(*nothing)[0].startswith("Neither side got better over the runs")
 
 
 def test_it_tells_progress_against_other_seeds_where_there_are_any() -> None:
@@ -98,77 +131,125 @@ def test_it_tells_progress_against_other_seeds_where_there_are_any() -> None:
         both = historical_progress(met(ladder(gain, gain)).caught)
         return run(met_others=Sides(*both))
 
-    second = story([against(0.2), against(0.22), against(0.24)])[1]
-    assert second.startswith(
-        "Against opponents of other seeds, whom they never met, from early to late predators gain +0.22 [+0.17, +0.27]"
+    three = [against(0.2), against(0.22), against(0.24)]
+    assert (
+        words(*three)[1] == "Both sides got better over the runs against opponents of other seeds, whom they never met."
     )
-    assert second.endswith("p 0.25.")  # of three seeds no test can say more
+    assert figures(*three)[1].startswith(
+        "Against opponents of other seeds, from early to late predators gain +0.22 [+0.17, +0.27]"
+    )
+    assert figures(*three)[1].endswith("p 0.25.")  # of three seeds no test can say more
 
 
 def test_of_two_runs_there_is_no_interval_and_no_test() -> None:
-    def two(*gains: tuple[float, float]) -> list[str]:
+    def two(*gains: tuple[float, float]) -> list[Line]:
         runs = [run(*gain) for gain in gains]
         return story([replace(each, met_others=each.progress) for each in runs])
 
     lines = two((0.3, 0.1), (0.34, 0.12))
-    assert lines[0].startswith(
-        "Both sides got better in each of the two runs: against the same opponents of their run, "
-    )
-    assert "predators gain +0.32 of the prey, and prey +0.11; the lesser of the two +0.11." in lines[0]
-    assert "[" not in "".join(lines)
-    assert ", p " not in "".join(lines)
-    assert two((0.3, 0.1), (0.3, 0.0))[0].startswith("Only the predators got better in each of the two runs: ")
-    assert two((0.0, 0.1), (0.3, 0.0))[0].startswith("No side got better in each of the two runs: ")
+    assert lines[0].words.startswith("Both sides got better in each of the two runs")
+    assert "predators gain +0.32 of the prey, and prey +0.11; the lesser of the two +0.11." in lines[0].figures
+    said = "".join(line.figures for line in lines)
+    assert "[" not in said
+    assert ", p " not in said
+    assert two((0.3, 0.1), (0.3, 0.0))[0].words.startswith("Only the predators got better in each of the two runs")
+    assert two((0.0, 0.1), (0.3, 0.0))[0].words.startswith("Neither side got better in each of the two runs")
 
 
 def test_it_says_how_much_goes_in_circles() -> None:
-    assert story([run()])[2] == (
-        "Who beats whom is a ladder of strength: that any of it depends on the opponent cannot be shown."
-    )
+    assert words(run())[2] == "Who beats whom is a ladder of strength: nothing shows that it depends on the opponent."
     wheel = np.cos(2 * np.pi * (np.arange(6)[:, None] - np.arange(6)) / 6) / 2 + 0.5
     own = met(wheel)
     round_and_round = MeasuredRuns(SOURCE, own=own, progress=historical_progress(own.caught))
-    assert "Of who beats whom, 1.00 depends on the opponent" in story([round_and_round])[2]
+    assert words(round_and_round)[2].startswith("Most of who beats whom depends on the opponent")
+    assert figures(round_and_round)[2] == "Of who beats whom, 1.00 depends on the opponent."
 
 
 def test_it_dates_phases() -> None:
     found = (Phase(0, 30, 0.2), Phase(30, 80, 0.5))
-    assert story([run(phases=found, alternation=Alternation(1, 0.03))])[3] == (
-        "Success has 2 phases, by the prey caught: 0.20 from generation 0, 0.50 from generation 30. It crosses its "
+    rising = run(phases=found, alternation=Alternation(1, 0.03))
+    assert words(rising)[3] == (
+        "Success went through 2 phases: at the lowest (from generation 0) about 1 in 5 prey is caught, at the highest "
+        "(from generation 30) about 1 in 2. It did not swing to and fro."
+    )
+    assert figures(rising)[3] == (
+        "2 phases, by the prey caught: 0.20 in generations 0 to 29; 0.50 in generations 30 to 79. Success crosses its "
         "mean once; by chance as often with p = 0.03."
     )
     one = run(phases=found[:1], alternation=Alternation(0, 1.0))
-    assert story([one])[3] == "Success has no phases: 0.20 of the prey are caught from first to last."
+    assert words(one)[3] == "Success has no phases: from first to last about 1 in 5 prey is caught."
     to_and_fro = run(phases=found, alternation=Alternation(3, 0.01))
-    rising = run(phases=found, alternation=Alternation(1, 0.01))
-    assert "Success has 1 to 2 phases a run; in 1 of 3 runs it goes to and fro" in story([one, to_and_fro, rising])[3]
-    assert "Success has 1 phase a run; in 0 of 1 runs" in story([one, run()])[3]
+    assert words(to_and_fro)[3].endswith("It swung to and fro more often than chance would.")
+    assert words(one, to_and_fro, rising)[3] == (
+        "Success has 1 to 2 phases a run; it swings to and fro in 1 of 3 runs."
+    )
+    assert "Success has 1 phase a run; it swings to and fro in 0 of 1 runs." in words(one, run())[3]
 
 
-def test_it_names_behaviours_that_were_seen_on_the_whole_and_those_that_were_not() -> None:
+def test_of_many_phases_it_names_the_longest() -> None:
+    ends = np.cumsum([0, *range(10, 44)])
+    many = tuple(Phase(int(a), int(b), 0.01 * i) for i, (a, b) in enumerate(pairwise(ends)))
+    line = story([run(phases=many, alternation=Alternation(9, 0.01))])[3]
+    assert "34 phases" in line.words
+    assert line.figures.startswith(
+        "34 phases, by the prey caught, the 3 longest 0.31 in generations 775 to 815; 0.32 in generations 816 to 857; "
+        "0.33 in generations 858 to 900. "
+    )
+
+
+def test_phases_that_are_not_dated_are_not_passed_over_in_silence() -> None:
+    assert words(run())[3] == "Phases are not dated: that takes a log of at least 20 generations."
+
+
+def test_it_names_each_behaviour_once() -> None:
     seen = watched(attacker=[0.2, 0.3, 0.4, 0.1], baiting=[0.0, 0.03, 0.0, 0.0])
     last = story([run(watched=seen)])[-1]
-    assert last.startswith("Behaviours beyond chance, with their peaks: attacker (40% at generation 20).")
-    assert "Next to none: blocker," in last
-    assert "baiting" in last.split("Next to none")[1]
+    assert last.words == "Seen more often than by chance: attacker."
+    assert last.figures.startswith(
+        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Next to none: baiting. Never "
+        "seen: blocker, "
+    )
+    assert all(last.figures.count(name) == 1 for name in SHOWN)
+    many = watched(attacker=[0.4] * 4, blocker=[0.3] * 4, circling=[0.2] * 4, baiting=[0.1] * 4, herding=[0.1] * 4)
+    assert words(run(watched=many))[-1] == "Seen more often than by chance: attacker, blocker, circling, and 2 more."
+    assert words(run(watched=watched()))[-1] == "No behaviour is seen more often than by chance."
 
 
 def test_a_phase_shows_what_sets_it_apart() -> None:
     seen = watched(attacker=[0.5, 0.5, 0.5, 0.5], circling=[0.0, 0.0, 0.3, 0.1])
-    found = (Phase(0, 20, 0.2), Phase(20, 40, 0.4))
-    early, late = moments.of_phases([run(phases=found, watched=seen)])
-    assert (early["behaviour"], late["behaviour"]) == ("attacker", "circling")
-    assert "Nothing sets it apart; most often it is attacker" in early["text"]
-    assert (
-        "What sets it apart most is circling: in 20% of its episodes beyond chance, 10% in the whole run"
-        in late["text"]
+    runs = [run(phases=(Phase(0, 20, 0.2), Phase(20, 40, 0.4)), watched=seen)]
+    (late,) = moments.of_phases(runs)
+    assert late["title"] == "Phase 2: circling"
+    assert late["text"] == (
+        "A prey goes round in a small circle, a predator on its tail. It sets generations 20 to 39 apart: it is in 20% "
+        "of their episodes beyond chance, in 10% in the whole run. 0.40 of the prey are caught."
     )
-    assert late["generation"] == 20
+    assert (late["generation"], late["behaviour"]) == (20, "circling")
     assert (late["step"], late["until"], late["shown"]) == (5, 9, (0, 17))
+    assert moments.why_no_phases(runs) == "Of 2 phases those that a behaviour sets apart are shown."
+    assert [moment["behaviour"] for moment in moments.of_behaviours(runs, without=["circling"])] == ["attacker"]
 
 
-def test_a_run_without_phases_shows_none() -> None:
-    assert moments.of_phases([run(phases=(Phase(0, 40, 0.2),), watched=watched(attacker=[0.5] * 4))]) == []
+def test_a_behaviour_sets_one_phase_apart_and_many_phases_are_not_all_shown() -> None:
+    seen = watched(attacker=[0.9, 0.0, 0.5, 0.0])
+    ten = tuple(Phase(start, start + 10, 0.2) for start in (0, 10, 20, 30))
+    (first,) = moments.of_phases([run(phases=ten, watched=seen)])
+    assert first["title"] == "Phase 1: attacker"
+
+
+def test_where_no_phase_is_shown_a_line_says_why() -> None:
+    def why(**more: Any) -> str:
+        runs = [run(**more)]
+        assert moments.of_phases(runs) == []
+        return moments.why_no_phases(runs)
+
+    level, two = (Phase(0, 40, 0.2),), (Phase(0, 20, 0.2), Phase(20, 40, 0.4))
+    seen = watched(attacker=[0.5] * 4)
+    assert why(phases=level, watched=seen) == "There are no phases: success stays at one level."
+    assert why(watched=seen) == "There are no phases: the run is too short to date them."
+    assert why(phases=two, watched=seen) == (
+        "Phases have no pictures: no behaviour sets one apart from the rest of the run."
+    )
 
 
 def test_a_behaviour_shows_where_it_is_seen_most() -> None:
@@ -177,9 +258,9 @@ def test_a_behaviour_shows_where_it_is_seen_most() -> None:
     assert (found["behaviour"], found["run"], found["generation"]) == ("baiting", 1, 20)
     assert found["title"] == "Baiting"
     assert "In 30% of its generation's episodes, by chance in 10%." in found["text"]
-    assert "baiting" not in moments.never_seen(runs)
-    assert "herding" in moments.never_seen(runs)
+    assert "baiting" not in never_seen(runs)
+    assert "herding" in never_seen(runs)
 
 
 def test_without_champions_there_is_nothing_to_say_of_progress() -> None:
-    assert story([MeasuredRuns(SOURCE)]) == ["No champion could be read, so nothing can be said of progress."]
+    assert words(MeasuredRuns(SOURCE))[0] == "No champion could be read, so nothing can be said of progress."

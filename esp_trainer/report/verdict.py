@@ -1,0 +1,165 @@
+"""The verdict on runs: one sentence, which the page shows first.
+
+A side that hardly ever loses to its contemporary opponents has won, whatever either side gained against older ones.
+Only if neither has won does the verdict speak of progress.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from esp_trainer.analysis.phases import MIN_LENGTH
+from esp_trainer.analysis.plots import smooth
+from esp_trainer.analysis.progress import early_late, progress
+from esp_trainer.report.measure import MeasuredRuns
+from esp_trainer.types import ROLES, Role
+
+NOTABLE = 0.02
+"""Minimum gain, as a fraction of the prey, at which a side of one run is said to have become better."""
+
+WINDOW = 15
+"""Number of generations over which curves of success are averaged."""
+
+_RARE = (50, 20)
+"""A side has won if, up to the end, its opponents succeed with fewer than 1 in so many prey."""
+_LAST = 6  # it must hold for at least the last sixth of the run
+_WON: dict[Role, str] = {"predators": "escapes", "prey": "is caught"}
+_FRACTIONS = (
+    (0, 1),
+    (1, 50),
+    (1, 20),
+    (1, 10),
+    (1, 5),
+    (1, 4),
+    (1, 3),
+    (1, 2),
+    (2, 3),
+    (3, 4),
+    (4, 5),
+    (9, 10),
+    (1, 1),
+)
+
+
+def verdict(runs: Sequence[MeasuredRuns]) -> str:
+    """Return the verdict on one or several runs as one sentence."""
+    if len(runs) == 1:
+        return _of_one(runs[0])
+    (first, n), *others = Counter(kind_of(run) for run in runs).most_common()
+    most = f"In {n} of {len(runs)} runs" if others else f"In all {n} runs"
+    return "; ".join([f"{most} {_IN_SHORT[first]}", *(f"in {m} {_IN_SHORT[kind]}" for kind, m in others)]) + "."
+
+
+_IN_SHORT = {
+    "predators won": "the predators won",
+    "prey won": "the prey won",
+    "both": "both sides were still improving at the end",
+    "predators": "only the predators were still improving at the end",
+    "prey": "only the prey were still improving at the end",
+    "swung": "success swung to and fro",
+    "stopped": "both sides had stopped improving before the end",
+    "script": "one side followed a script",
+    "unknown": "nothing can be said of progress",
+}
+
+
+def kind_of(run: MeasuredRuns) -> str:
+    """Return the kind of a run's verdict: the winner, else the sides that were improving at the end."""
+    winner = won(run)
+    if winner:
+        return f"{winner[0]} won"
+    if run.progress is None or run.own is None or min(run.own.caught.shape) < 4:
+        one_sided = run.own is not None and 1 in run.own.caught.shape and run.own.caught.size > 1
+        return "script" if one_sided else "unknown"
+    improving = improving_late(run.own.caught)
+    if improving:
+        return "both" if len(improving) == 2 else improving[0]
+    return "swung" if swings(run) else "stopped"
+
+
+def swings(run: MeasuredRuns) -> bool:
+    """Return whether success went to and fro: it crosses its mean more than once, and more often than by chance."""
+    return run.alternation is not None and run.alternation.count > 1 and run.alternation.p <= 0.05
+
+
+def won(run: MeasuredRuns) -> tuple[Role, int, int] | None:
+    """Return the side that won, since which generation, and the ``n`` of "fewer than 1 in n"; None if neither won.
+
+    Champions met contemporary champions. The fraction of prey that the loser's side of them wins, a running mean over
+    :data:`WINDOW` generations, stays below ``1 / n`` from that generation to the end. A run shorter than two phases has
+    no winner.
+    """
+    caught = run.source.curves.get("caught", np.empty(0))
+    if len(caught) < 2 * MIN_LENGTH or np.isnan(caught).any():
+        return None
+    curve = smooth(caught, WINDOW)
+    for n in _RARE:
+        for winner, losers in (("prey", curve), ("predators", 1 - curve)):
+            above = np.flatnonzero(losers >= 1 / n)
+            since = int(above[-1]) + 1 if len(above) else 0
+            if since <= len(curve) - max(1, len(curve) // _LAST):
+                return winner, since, n  # type: ignore[return-value]
+    return None
+
+
+def improving_late(caught: np.ndarray) -> list[Role]:
+    """Return the sides that improved in the second half of a run, against all opponents of the run.
+
+    Args:
+        caught: Fraction of prey caught, ``(G, H)``, at least four generations of each side.
+    """
+    results: dict[Role, np.ndarray] = {"predators": caught, "prey": 1 - caught.T}
+    return [role for role in ROLES if progress(results[role][len(results[role]) // 2 :]).strength > NOTABLE]
+
+
+def in_words(fraction: float) -> str:
+    """Return a fraction in words, to be followed by a noun: "about 1 in 4", "nearly no" or "nearly all"."""
+    part, n = min(_FRACTIONS, key=lambda each: abs(each[0] / each[1] - fraction))
+    return "nearly no" if part == 0 else "nearly all" if part == n else f"about {part} in {n}"
+
+
+def caught_in_words(fraction: float) -> str:
+    """Return a fraction of prey caught in words, for example "about 1 in 4 prey is caught"."""
+    words = in_words(fraction)
+    return f"{words} prey {'is' if words == 'nearly no' or ' 1 in ' in words else 'are'} caught"
+
+
+def _of_one(run: MeasuredRuns) -> str:
+    kind, winner = kind_of(run), won(run)
+    if winner:
+        role, since, n = winner
+        when = f"after generation {since - 1}" if since else "from the first generation on"
+        return f"{role.capitalize()} won: {when} fewer than 1 in {n} {_WON[role]}."
+    if kind == "script":
+        return _against_script(run)
+    if run.own is None:
+        return "No champion could be read, so nobody can say who improved."
+    if kind == "unknown":
+        return "This run is too short to say who improved."
+    late = in_words(early_late(run.own.caught).late_hunt_late)
+    said = {
+        "both": "Both sides were still improving at the end",
+        "stopped": "Both sides had stopped improving before the end",
+        "swung": "Neither side got ahead for good: success swung to and fro",
+    }.get(kind, f"Only the {kind} were still improving at the end")
+    return f"{said}; late predators catch {late} late prey."
+
+
+def _against_script(run: MeasuredRuns) -> str:
+    assert run.own is not None
+    role: Role = "predators" if run.own.caught.shape[0] > 1 else "prey"
+    curve = run.own.caught.ravel() if role == "predators" else 1 - run.own.caught.ravel()
+    gained = progress(curve[:, None]).strength
+    sixth = max(1, len(curve) // _LAST)
+    change = "got better" if gained > NOTABLE else "got worse" if gained < -NOTABLE else "did not change much"
+    early, late = (caught_in_words(run.own.caught.ravel()[part].mean()) for part in (slice(sixth), slice(-sixth, None)))
+    return f"Against the script {script_of(run)}, the {role} {change}: at first {early}, at the end {late}."
+
+
+def script_of(run: MeasuredRuns) -> str:
+    """Return the script that one side of a run follows."""
+    config = run.source.config
+    return next(policy for policy in (config.predators.policy, config.prey.policy, "nobody") if policy != "esp")
