@@ -40,7 +40,7 @@ _SCRIPTS = (
         "player",
         "dragging",
     ),
-    *("keys", "charts", "main"),
+    *("keys", "link", "charts", "main"),
 )
 _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations
 

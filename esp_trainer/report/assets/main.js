@@ -54,15 +54,17 @@ function theme(name) {
   draw();
 }
 
+let linked = false;
 if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
   listenToKeys(player);
   letDrag(player, () => {});
+  linked = followLinks(player, byId("link"), byId("linked"));
 }
 charts = new Charts(data, player ?? { sides: [] });
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
-if (player && !calm()) player.play();
+if (player && !linked && !calm()) player.play();
 window.predprey = { data, player, charts, Game, Side, behavioursOf, fma };

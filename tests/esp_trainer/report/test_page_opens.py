@@ -44,3 +44,59 @@ def test_figures_of_the_story_open_on_demand(page_file: Path, open_page: OpenPag
     assert "from early to late" not in tab.page.locator("#story").inner_text()
     figures.locator("summary").click()
     assert "from early to late" in tab.page.locator("#story").inner_text()
+
+
+@pytest.mark.slow
+def test_a_link_leads_to_its_moment(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
+    tab = open_page(page_file, "#p=5&q=17&start=4&step=6", reduced_motion="no-preference")
+    assert tab(STATE) == {"predators": 5, "prey": 17, "start": 3, "time": 6, "playing": False}
+    assert tab.page.locator("#start-name").inner_text() == "4 of 8"
+    tab("() => { location.hash = '#p=23&q=2&start=1&step=0'; }")
+    tab.until("predprey.player.prey.generation === 2")
+    assert tab(STATE) == {"predators": 23, "prey": 2, "start": 0, "time": 0, "playing": False}
+    tab.assert_quiet()
+
+
+@pytest.mark.slow
+def test_a_button_writes_the_link_that_leads_back(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    moment = "{ predators: { run: 0, generation: 7 }, prey: { run: 0, generation: 9 }, start: 2, step: 3 }"
+    tab(f"() => predprey.player.show({moment})")
+    tab.page.locator("#link").click()
+    tab.until("document.getElementById('linked').textContent !== ''")
+    assert tab("() => location.hash") == "#p=7&q=9&start=3&step=3"
+    own = [[1, 2], [3, 4], [5, 6], [7, 8], [9, 10]]
+    tab("(start) => predprey.player.show({ start })", own)
+    tab.page.locator("#link").click()
+    link = tab("() => location.hash")
+    assert link == "#p=7&q=9&start=1,2,3,4,5,6,7,8,9,10&step=0"
+    again = open_page(page_file, link)
+    assert again(STATE) == {"predators": 7, "prey": 9, "start": own, "time": 0, "playing": False}
+    tab.assert_quiet()
+
+
+@pytest.mark.slow
+def test_a_link_names_the_runs_where_there_are_several(pages_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(pages_file, "#p=5&pr=1&q=6&qr=0&start=1&step=2")
+    assert tab("() => [predprey.player.predators.run, predprey.player.prey.run]") == [1, 0]
+    tab.page.locator("#link").click()
+    assert tab("() => location.hash") == "#p=5&pr=1&q=6&qr=0&start=1&step=2"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "link",
+    [
+        "#start=9&step=0",  # there are 8
+        "#start=0",
+        "#start=1,2,3&p=x&q=-1",
+        "#start=1,2,3,4,5,6,7,8,9,24&step=1e9",  # the world has 24 cells
+        "#step=<b>",
+        "#pr=7&qr=one&p=2.5",
+    ],
+)
+def test_what_a_link_says_in_vain_is_left_out(link: str, page_file: Path, open_page: OpenPage) -> None:
+    usual = open_page(page_file)(STATE)
+    tab = open_page(page_file, link)
+    assert tab(STATE) == usual
+    tab.assert_quiet()
