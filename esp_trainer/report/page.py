@@ -36,6 +36,7 @@ _SCRIPTS = (
         "behaviours",
         "painter",
         "timeline",
+        "wants",
         "thoughts",
         "player",
         "dragging",

@@ -45,6 +45,7 @@ function paint({ moment: { step, until, shown }, scene, painter }) {
 
 function draw() {
   player?.draw();
+  player?.thoughts.hover(-1);
   pictures.forEach(paint);
 }
 
@@ -59,7 +60,7 @@ if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
   listenToKeys(player);
-  letDrag(player, () => {});
+  letDrag(player, (agent) => player.thoughts.hover(agent));
   linked = followLinks(player, byId("link"), byId("linked"));
 }
 charts = new Charts(data, player ?? { sides: [] });

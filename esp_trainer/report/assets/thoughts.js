@@ -1,16 +1,22 @@
-// The panel that explains an agent's action: inputs and votes of each of its networks, and the action that results.
+// The panel that explains an agent's action: inputs and votes of each of its networks, the action that results, and a
+// picture of what a network wants.
 
 class Thoughts {
   // choose: called with the agent that was clicked.
   constructor(place, game, moves, choose) {
-    Object.assign(this, { game, moves });
-    this.buttons = range(game.agents).map((agent) => {
-      const button = element("button", { type: "button", textContent: this.nameOf(agent) });
-      button.addEventListener("click", () => choose(agent));
-      return button;
-    });
-    this.answer = element("div");
-    place.replaceChildren(element("div", {}, this.buttons), this.answer);
+    Object.assign(this, { game, moves, network: 0, pointed: null });
+    this.buttons = range(game.agents).map((agent) => buttonOf(this.nameOf(agent), () => choose(agent)));
+    this.answer = element("div", { className: "votes" });
+    // Its rows are replaced in every step, so it listens itself, to the press already.
+    const networkAt = ({ target }) => target.closest("[data-network]")?.dataset.network;
+    this.#points(this.answer, networkAt, (network) => [this.agent, Number(network)]);
+    for (const kind of ["pointerdown", "click"]) {
+      this.answer.addEventListener(kind, (event) => { this.network = Number(networkAt(event) ?? this.network); this.#picture(); });
+    }
+    this.buttons.forEach((button, agent) => this.#points(button, () => agent, () => [agent, 0]));
+    this.wants = new Wants(game, moves, (agent) => this.nameOf(agent));
+    place.replaceChildren(element("h3", { textContent: "Why does it move so?" }), element("div", {}, this.buttons),
+      element("div", { className: "why" }, [this.answer, this.wants.place]));
   }
 
   nameOf(agent) {
@@ -19,8 +25,35 @@ class Thoughts {
   }
 
   show(match, step, agent) {
+    if (agent !== this.agent) this.network = 0;
+    Object.assign(this, { match, step, agent });
     this.buttons.forEach((button, each) => { button.ariaPressed = String(each === agent); });
+    const focused = document.activeElement?.closest(".votes [data-network]")?.dataset.network;
     this.answer.replaceChildren(...this.#why(match, step, agent));
+    this.answer.querySelector(`[data-network="${focused}"] button`)?.focus({ preventScroll: true });
+    this.#picture();
+  }
+
+  // Show what another agent wants while the mouse is over it; -1 when it has left.
+  hover(agent) {
+    this.pointed = agent < 0 ? null : [agent, 0];
+    this.#picture();
+  }
+
+  // Show what the agent and network wants that the mouse or the focus is on, else the chosen ones.
+  #picture() {
+    this.wants.show(this.match, this.step, ...(this.pointed ?? [this.agent, this.network]));
+  }
+
+  // While the mouse or the focus is in an element, find() returns something and pointed() the agent and network meant.
+  #points(place, find, pointed) {
+    const point = (event) => {
+      const found = find(event);
+      this.pointed = found === undefined ? null : pointed(found);
+      this.#picture();
+    };
+    for (const kind of ["mouseover", "focusin"]) place.addEventListener(kind, point);
+    for (const kind of ["mouseleave", "focusout"]) place.addEventListener(kind, () => this.hover(-1));
   }
 
   #why(match, step, agent) {
@@ -29,14 +62,15 @@ class Thoughts {
     if (agent >= rules.n_predators && match.caughtAt[agent - rules.n_predators] <= step) return say(`${name} is caught.`);
     if (step >= match.length) return say("The match is over: nobody moves any more.");
     const team = agent < rules.n_predators ? match.predators : match.prey, action = match.actions[step][agent];
+    if (agent === match.steered) return say(`${name} goes ${this.moves[action]}: you steered it.`);
     const thoughts = this.game.thoughts(match, step, agent);
     if (!thoughts) return say(`${name} goes ${this.moves[action]}, as its script ${team.name} says.`);
     const actions = this.moves.slice(0, team.controller.n_actions);
     const head = element("tr", {}, [element("th"), ...actions.map((move, k) => (
       element("th", { textContent: move, className: k === action ? "chosen" : "" })))]);
     const caught = (prey) => match.caughtAt[prey] <= step;
-    const rows = thoughts.networks.map((network, i) => this.#row(this.#reads(network, agent, i, team, caught), network.outputs, action));
-    const total = this.#row(team.controller.combines ? "the combiner decides" : "sum of votes", thoughts.votes, action);
+    const rows = thoughts.networks.map((network, i) => this.#row(i, this.#reads(network, agent, i, team, caught), network.outputs, action));
+    const total = this.#row(rows.length, team.controller.combines ? "the combiner decides" : "sum of votes", thoughts.votes, action);
     const how = team.controller.draws ? "drawn by the votes" : "the most votes";
     return [element("table", {}, [
       element("caption", { textContent: `Step ${step}: ${name} goes ${this.moves[action]} (${how})` }),
@@ -65,12 +99,16 @@ class Thoughts {
     return `network ${i + 1} reads ${seen.join(", ")}${sight.moves ? ", and their last moves" : ""}`;
   }
 
-  #row(name, outputs, action) {
+  // Return a row of votes. Its name is a button that keeps the picture of its network.
+  #row(network, name, outputs, action) {
     const least = Math.min(0, ...outputs), widest = Math.max(1e-9, ...outputs) - least;
-    return element("tr", {}, [element("th", { textContent: name }), ...[...outputs].map((output, k) => {
+    const button = element("button", { type: "button", className: "network", textContent: name });
+    const row = element("tr", {}, [element("th", {}, [button]), ...[...outputs].map((output, k) => {
       const bar = element("i");
       bar.style.width = `${(50 * (output - least)) / widest}px`;
       return element("td", { className: k === action ? "chosen" : "" }, [bar, output.toFixed(3)]);
     })]);
+    row.dataset.network = network;
+    return row;
   }
 }
