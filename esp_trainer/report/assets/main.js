@@ -11,6 +11,7 @@ const pictures = player ? data.moments.map(pictured) : [];
 // Follow the player to another match.
 function chosen() {
   charts?.mark();
+  if (player.match.steered < 0) player.yourself?.invite();
 }
 
 // Add a picture of a moment, in a button that plays it.
@@ -61,6 +62,7 @@ if (player) {
   player.show({ start: player.eventful() });
   listenToKeys(player);
   letDrag(player, (agent) => player.thoughts.hover(agent));
+  player.yourself = new Yourself(player, data.world.moves);
   linked = followLinks(player, byId("link"), byId("linked"));
 }
 charts = new Charts(data, player ?? { sides: [] });
@@ -68,4 +70,4 @@ theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
 if (player && !linked && !calm()) player.play();
-window.predprey = { data, player, charts, Game, Side, behavioursOf, fma };
+window.predprey = { data, player, charts, Game, Episode, Side, behavioursOf, fma };
