@@ -20,19 +20,23 @@ from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
 from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
 from esp_trainer.report.source import SPREADS
-from esp_trainer.types import ROLES
+from esp_trainer.report.verdict import WINDOW
+from esp_trainer.types import ROLES, Role
 
 Figure: TypeAlias = dict[str, Any]
 """A chart: ``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
 
-_WINDOW = 15  # generations over which curves of success are averaged
-_DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+_DASHES = ("solid", "dash", "dashdot", "dot", "longdash", "longdashdot")
+_COLOURS: dict[Role, str] = {"predators": "@attacker", "prey": "@prey"}  # as in the figures of the documents
 
 
 def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     """Return all charts that have data."""
     drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _weights, _timings]
-    return [figure for chart in drawn if (figure := chart(runs))["data"]]
+    shown = [figure for chart in drawn if (figure := chart(runs))["data"]]
+    for figure in shown:  # all show the same generations, so that one can be compared with another
+        figure["layout"]["xaxis"]["range"] = [0, max(1, len(runs[0].source) - 1)]
+    return shown
 
 
 def matrix(runs: Sequence[MeasuredRuns]) -> Figure | None:
@@ -90,13 +94,15 @@ def _success(runs: Sequence[MeasuredRuns]) -> Figure:
     curves = [run.source.curves for run in runs if run.source.curves]
     data: list[Any] = []
     kinds = {
-        "caught": ("prey caught", "@predators"),
+        "caught": ("prey caught", "@ink"),
         "all_caught": ("all prey caught: predators succeed", "@attacker"),
         "none_caught": ("none caught: prey succeed", "@prey"),
     }
+    if runs[0].source.config.env.n_prey == 1:
+        del kinds["all_caught"]  # the same as the fraction of prey caught
     for number, (kind, (name, colour)) in enumerate(kinds.items()):
         if curves:
-            values = smooth(np.stack([each[kind] for each in curves]), _WINDOW)
+            values = smooth(np.stack([each[kind] for each in curves]), WINDOW)
             data += _curve(np.arange(values.shape[1]), values, name, colour, number)
     layout = _axes("share", range=[0, 1])
     phases = runs[0].phases if len(runs) == 1 else ()
@@ -106,7 +112,7 @@ def _success(runs: Sequence[MeasuredRuns]) -> Figure:
     return {
         "id": "success",
         "title": "Success, champion against champion",
-        "caption": f"Means over {_WINDOW} generations, from held-out starts.{changes} It moves with the opponent, so "
+        "caption": f"Means over {WINDOW} generations, from held-out starts.{changes} It moves with the opponent, so "
         "it cannot say who became better.",
         "data": data,
         "layout": layout,
@@ -119,9 +125,12 @@ def _master(runs: Sequence[MeasuredRuns]) -> Figure:
     if played:
         both = [master_tournament(own.caught) for own in played]
         data += _curve(
-            played[0].predators, np.stack([each.predators for each in both]), "predators: prey caught", "@predators"
+            played[0].predators,
+            np.stack([each.predators for each in both]),
+            "predators: prey caught",
+            _COLOURS["predators"],
         )
-        data += _curve(played[0].prey, np.stack([each.prey for each in both]), "prey: not caught", "@prey", 1)
+        data += _curve(played[0].prey, np.stack([each.prey for each in both]), "prey: not caught", _COLOURS["prey"], 1)
     return {
         "id": "master",
         "title": "Master tournament",
@@ -137,8 +146,10 @@ def _others(runs: Sequence[MeasuredRuns]) -> Figure:
     data: list[Any] = []
     if met:
         rows = met[0][0].predators
-        data += _curve(rows, np.stack([m.predators.curve for _, m in met]), "predators: prey caught", "@predators")
-        data += _curve(rows, np.stack([m.prey.curve for _, m in met]), "prey: not caught", "@prey", 1)
+        data += _curve(
+            rows, np.stack([m.predators.curve for _, m in met]), "predators: prey caught", _COLOURS["predators"]
+        )
+        data += _curve(rows, np.stack([m.prey.curve for _, m in met]), "prey: not caught", _COLOURS["prey"], 1)
     return {
         "id": "others",
         "title": "Against opponents of other seeds",
@@ -175,7 +186,7 @@ def _both_roles(runs: Sequence[MeasuredRuns], name: str, window: int = 1) -> lis
         known = [curve for curve in values if not np.isnan(curve).all()]
         if known:
             curves = smooth(np.stack(known), window)
-            data += _curve(np.arange(curves.shape[1]), curves, role, f"@{role}", number)
+            data += _curve(np.arange(curves.shape[1]), curves, role, _COLOURS[role], number)
     return data
 
 
@@ -184,8 +195,8 @@ def _signal(runs: Sequence[MeasuredRuns]) -> Figure:
         "id": "signal",
         "title": "What selection sees",
         "caption": "Fraction of the variance of neuron fitness within a subpopulation that is not sampling noise. "
-        f"A few percent are usual. Means over {_WINDOW} generations.",
-        "data": _both_roles(runs, "signal", _WINDOW),
+        f"A few percent are usual. Means over {WINDOW} generations.",
+        "data": _both_roles(runs, "signal", WINDOW),
         "layout": _axes("share"),
     }
 
@@ -208,7 +219,7 @@ def _weights(runs: Sequence[MeasuredRuns]) -> Figure:
         if evolved:
             kept = reduce(np.intersect1d, [history.kept for history in evolved])
             sizes = np.stack([_sizes(history.genomes(role, kept)) for history in evolved])
-            data += _curve(kept, sizes, f"{role}, champions", f"@{role}", number)
+            data += _curve(kept, sizes, f"{role}, champions", _COLOURS[role], number)
     data += [{**trace, "opacity": 0.5 * trace.get("opacity", 1)} for trace in _named(_both_roles(runs, "scale"))]
     return {
         "id": "weights",
@@ -237,7 +248,7 @@ def _timings(runs: Sequence[MeasuredRuns]) -> Figure:
     data = []
     timed = [run.source.seconds for run in runs if run.source.seconds]
     for number, phase in enumerate(timed[0] if timed else ()):
-        values = 1000 * np.stack([smooth(each[phase], _WINDOW) for each in timed if phase in each])
+        values = 1000 * np.stack([smooth(each[phase], WINDOW) for each in timed if phase in each])
         (curve,) = _curve(
             np.arange(values.shape[1]), values.mean(axis=0)[None], phase.replace("_", " "), f"@{number % 7}"
         )
@@ -245,7 +256,7 @@ def _timings(runs: Sequence[MeasuredRuns]) -> Figure:
     return {
         "id": "timings",
         "title": "Time",
-        "caption": f"Wall time of a generation by phase, means over {_WINDOW} generations.",
+        "caption": f"Wall time of a generation by phase, means over {WINDOW} generations.",
         "data": data,
         "layout": _axes("milliseconds", rangemode="tozero"),
     }

@@ -14,7 +14,8 @@ function coloured(figure) {
 }
 
 function layoutOf(layout) {
-  const colour = palette(), axis = { gridcolor: colour("grid"), linecolor: colour("line"), zerolinecolor: colour("line"), automargin: true };
+  const colour = palette(); // like the figures of the documents: two axes with ticks, no grid
+  const axis = { showgrid: false, zeroline: false, showline: true, ticks: "outside", linecolor: colour("ink"), tickcolor: colour("ink"), automargin: true };
   return {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: colour("ink"), family: "system-ui, sans-serif", size: 12 },
     margin: { l: 48, r: 12, t: 8, b: 8 }, hovermode: "x unified", legend: { orientation: "h", y: 1.02, yanchor: "bottom" },
@@ -28,11 +29,15 @@ class Charts {
     this.data = data;
     this.player = player;
     const place = document.querySelector(".charts");
-    for (const { id, title, caption } of data.charts) {
+    for (const { id, title, caption, ...chart } of data.charts) {
       place.append(element("figure", { id: `chart-${id}` }, [
-        element("h3", { textContent: title }), element("div"), element("figcaption", { textContent: caption }),
+        element("h3", { textContent: title }), csvButton(id, title, () => csvOfChart(chart)), element("div"),
+        element("figcaption", { textContent: caption }),
       ]));
     }
+    byId("matrix-figure").querySelector("figcaption").append(
+      csvButton("matrix", "the matrix", () => csvOfMatrix(data.matrix, data.matrix.matrices[this.run])),
+    );
     byId("charts").hidden = !data.charts.length;
     fill(byId("matrix-run"), data.runs.map((run, i) => [i, run.name, !data.matrix?.matrices[i]]));
     byId("matrix-run").addEventListener("change", () => this.#matrix());
@@ -42,6 +47,7 @@ class Charts {
   draw() {
     for (const { id, ...figure } of this.data.charts) {
       const { data, layout } = coloured(figure), place = document.querySelector(`#chart-${id} > div`);
+      place.style.setProperty("--entries", data.filter((trace) => trace.showlegend !== false).length); // of its legend
       Plotly.react(place, data, layoutOf(layout), QUIET);
     }
     const master = document.querySelector("#chart-master > div");
@@ -59,7 +65,7 @@ class Charts {
   play({ predators, prey }) {
     const run = this.run;
     this.player.show({ predators: { run, generation: predators }, prey: { run, generation: prey }, start: 0 });
-    byId("play").scrollIntoView({ behavior: "smooth", block: "start" });
+    bring(byId("play"));
     this.player.play();
   }
 

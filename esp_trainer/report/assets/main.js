@@ -70,4 +70,4 @@ theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
 if (player && !linked && !calm()) player.play();
-window.predprey = { data, player, charts, Game, Episode, Side, behavioursOf, fma };
+window.predprey = { data, player, charts, Game, Episode, Side, behavioursOf, csvOfChart, fma };

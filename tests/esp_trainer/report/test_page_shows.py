@@ -1,7 +1,8 @@
-"""What a network wants."""
+"""What a network wants, and downloads of what charts show."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -64,3 +65,73 @@ def test_the_votes_fit_a_phone(page_file: Path, open_page: OpenPage) -> None:
     table = tab.page.locator("#thoughts table").bounding_box()
     assert table["x"] + table["width"] <= 360
     assert tab("() => ((votes) => votes.scrollWidth - votes.clientWidth)(document.querySelector('.votes'))") == 0
+
+
+def rows_of(tab: Any, button: str, tmp_path: Path) -> list[list[str]]:
+    with tab.page.expect_download() as waiting:
+        tab.page.locator(button).click()
+    place = tmp_path / waiting.value.suggested_filename
+    waiting.value.save_as(place)
+    with place.open(newline="") as file:
+        return list(csv.reader(file))
+
+
+@pytest.mark.slow
+def test_charts_can_be_downloaded(page_file: Path, open_page: OpenPage, data_of: Any, tmp_path: Path) -> None:
+    data = data_of(page_file)
+    tab = open_page(page_file)
+    head, *rows = rows_of(tab, "#chart-master .csv", tmp_path)
+    (chart,) = [chart for chart in data["charts"] if chart["id"] == "master"]
+    assert head == ["generation", "predators: prey caught", "prey: not caught"]
+    hunts, hides = (trace["y"] for trace in chart["data"])
+    assert [[float(cell) for cell in row] for row in rows] == [
+        list(row) for row in zip(chart["data"][0]["x"], hunts, hides, strict=True)
+    ]
+    assert tab.page.locator(".charts figure").count() == tab.page.locator(".charts .csv").count()
+    head, *rows = rows_of(tab, "#matrix-figure .csv", tmp_path)
+    assert head == ["predators of generation", "prey of generation", "prey caught"]
+    matrix = data["matrix"]
+    assert len(rows) == len(matrix["predators"]) * len(matrix["prey"])
+    assert [float(cell) for cell in rows[1]] == [
+        matrix["predators"][0],
+        matrix["prey"][1],
+        matrix["matrices"][0][0][1],
+    ]
+    tab.assert_quiet()
+
+
+@pytest.mark.slow
+def test_bands_of_intervals_become_columns_and_commas_are_quoted(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    text = tab("""() => {
+      const line = { x: [0, 10], y: [0.2, null], name: "a, b" };
+      const band = { x: [0, 10, 10, 0], y: [0.3, 0.5, 0.1, 0.0], fill: "toself", legendgroup: "a, b" };
+      return predprey.csvOfChart({ data: [band, line] });
+    }""")
+    assert text == 'generation,"a, b, high","a, b, low","a, b"\n0,0.3,0,0.2\n10,0.5,0.1,\n'
+
+
+@pytest.mark.slow
+def test_curves_are_compared_over_the_same_generations(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    tab.until("document.querySelectorAll('.charts .main-svg').length > 0")
+    ranges = tab(
+        "() => [...document.querySelectorAll('.charts .js-plotly-plot')].map((chart) => chart.layout.xaxis.range)"
+    )
+    assert ranges == [[0, 23]] * len(ranges)
+    shares = tab(
+        "() => ['success', 'master'].map((id) => document.querySelector(`#chart-${id} > div`).layout.yaxis.range)"
+    )
+    assert shares == [[0, 1], [0, 1]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 360])
+def test_legends_do_not_lie_on_curves(width: int, page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file, viewport={"width": width, "height": 800})
+    tab.until("document.querySelectorAll('.charts .legend').length > 0")
+    overlaps = tab("""() => [...document.querySelectorAll('.charts .js-plotly-plot')].map((chart) => {
+      const legend = chart.querySelector(".legend"), plot = chart.querySelector(".nsewdrag");
+      return legend ? legend.getBoundingClientRect().bottom - plot.getBoundingClientRect().top : 0;
+    })""")
+    assert max(overlaps) <= 1, overlaps
