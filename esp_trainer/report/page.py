@@ -41,7 +41,7 @@ _SCRIPTS = (
         "player",
         "dragging",
     ),
-    *("keys", "link", "yourself", "csv", "charts", "main"),
+    *("keys", "link", "yourself", "csv", "charts", "tour", "main"),
 )
 _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations
 

@@ -25,6 +25,7 @@ def test_on_opening_a_chase_moves_below_the_verdict_and_its_buttons_are_seen(
     toggle, verdict = (tab.page.locator(name).bounding_box() for name in ("#toggle", "#verdict"))
     assert verdict["y"] + verdict["height"] < toggle["y"]
     assert toggle["y"] + toggle["height"] <= 900
+    assert not tab.page.locator("#tour").is_visible()
     tab.assert_quiet()
 
 
@@ -100,3 +101,53 @@ def test_what_a_link_says_in_vain_is_left_out(link: str, page_file: Path, open_p
     tab = open_page(page_file, link)
     assert tab(STATE) == usual
     tab.assert_quiet()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1280, 900), (360, 740)])
+def test_the_tour_points_at_each_part_and_leaves(size: tuple[int, int], page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file, viewport=dict(zip(("width", "height"), size, strict=True)))
+    tour, keyboard = tab.page.locator("#tour"), tab.page.keyboard
+    tab.page.locator("#take-tour").click()
+    seen = []
+    while tour.is_visible():
+        pointed = tab.page.locator(".pointed")
+        assert 0 <= pointed.bounding_box()["y"] < size[1] / 2, seen  # above the tour's box
+        seen.append(pointed.evaluate("(place) => place.id || place.className"))
+        keyboard.press("Enter")  # on the button "Next", which has the focus
+    assert [name.split()[0] for name in seen] == [
+        "verdict",
+        "stage",
+        "predators",
+        "matrix-figure",
+        "yourself",
+        "thoughts",
+    ]
+    assert tab.page.locator(".pointed").count() == 0
+    assert tab("() => document.activeElement.id") == "take-tour"
+    tab.assert_quiet()
+
+
+@pytest.mark.slow
+def test_the_tour_goes_back_and_can_be_skipped(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    tour = tab.page.locator("#tour")
+    tab.page.locator("#take-tour").click()
+    assert tour.locator("button", has_text="Back").is_disabled()
+    tour.locator("button", has_text="Next").click()
+    assert tour.locator("h2").inner_text() == "2 of 6: A chase"
+    tour.locator("button", has_text="Back").click()
+    assert tour.locator("h2").inner_text() == "1 of 6: What happened"
+    tab.page.keyboard.press("Escape")
+    assert not tour.is_visible()
+    tab.page.locator("#take-tour").click()
+    tour.locator("button", has_text="Skip").click()
+    assert not tour.is_visible()
+
+
+@pytest.mark.slow
+def test_the_glossary_opens(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    assert not tab.page.locator("#glossary dl").is_visible()
+    tab.page.locator("#glossary summary").click()
+    assert "What leaves it on one side comes back" in tab.page.locator("#glossary").inner_text()
