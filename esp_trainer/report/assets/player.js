@@ -129,6 +129,7 @@ class Player {
       const { run, n, generation } = this[side], { name, generations } = this.sides[run][side];
       byId(`${side}-run`).value = run;
       Object.assign(byId(side), { max: Math.max(0, generations.length - 1), value: n, disabled: generations.length < 2 });
+      byId(`${side}-by`).textContent = name ? "by the script" : "of generation";
       byId(`${side}-generation`).textContent = name ?? generation;
       byId(side).setAttribute("aria-valuetext", name ?? `generation ${generation}`);
     }
@@ -138,10 +139,20 @@ class Player {
     byId("scrub").max = this.match.length;
     this.timeline.show(this.scene);
     const times = this.match.caughtAt, caught = times.filter((at) => at < Infinity);
-    byId("result").textContent = caught.length
+    const result = caught.length
       ? `${caught.length} of ${times.length} prey caught, ${caught.length > 1 ? "at steps" : "at step"} ${caught.sort((a, b) => a - b).join(", ")}.`
       : `No prey is caught in ${this.match.length} steps.`;
+    byId("result").textContent = result + this.#onAverage();
     this.on();
+  }
+
+  // Return what the matrix says of the two teams, as one match may be an exception; nothing where it does not hold them.
+  #onAverage() {
+    const { predators, prey, data: { matrix, starts } } = this;
+    if (!matrix || predators.run !== prey.run || this.match.steered >= 0) return "";
+    const row = matrix.predators.indexOf(predators.generation ?? 0), column = matrix.prey.indexOf(prey.generation ?? 0);
+    const caught = matrix.matrices[predators.run]?.[row]?.[column] ?? null;
+    return caught === null ? "" : ` From all ${starts.length} starts ${caught.toFixed(2)} of the prey are caught.`;
   }
 
   #controls() {

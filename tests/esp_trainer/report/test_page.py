@@ -133,7 +133,7 @@ def test_a_run_against_a_script_has_a_page_too(
     assert report(place) == 0
     assert "Against the script surround: " in story(place / "report.html")
     tab = open_page(place / "report.html")
-    assert tab.page.locator("#predators-generation").inner_text() == "surround"
+    assert tab.page.locator(".choice .predators legend").inner_text() == "Predators by the script surround"
     assert "as its script surround says" in tab.page.locator("#thoughts").inner_text()
     tab.assert_quiet()
 

@@ -37,6 +37,19 @@ def test_for_readers_who_want_little_motion_it_stands_still(page_file: Path, ope
 
 
 @pytest.mark.slow
+def test_beside_the_result_stands_that_of_all_starts(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
+    data = data_of(page_file)
+    matrix, result = data["matrix"], "() => document.getElementById('result').textContent"
+    tab = open_page(page_file)
+    assert tab(result).endswith(f"From all 8 starts {matrix['matrices'][0][-1][-1]:.2f} of the prey are caught.")
+    tab("() => predprey.player.show({ predators: { run: 0, generation: 0 } })")
+    assert tab(result).endswith(f"From all 8 starts {matrix['matrices'][0][0][-1]:.2f} of the prey are caught.")
+    assert 1 not in matrix["predators"]
+    tab("() => predprey.player.show({ predators: { run: 0, generation: 1 } })")
+    assert "From all" not in tab(result)
+
+
+@pytest.mark.slow
 def test_figures_of_the_story_open_on_demand(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     figures = tab.page.locator("#story li details").first
