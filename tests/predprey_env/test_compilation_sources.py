@@ -244,14 +244,14 @@ def networks() -> Networks:
 SCRIPT = Script(1, 3, 4, False)
 RULES = {  # for each class of player, the file of its rule and one that it calls
     "script": (SCRIPT, {"scripted.py", "predators.py", "prey.py", "sight.py", "chance.py"}),
-    "networks": (networks(), {"network.py", "types.py", "chance.py"}),
+    "networks": (networks(), {"network.py", "controller.py", "chance.py", "feedforward.py", "activations.py"}),
 }
 
 
 @pytest.mark.parametrize("player", RULES)
 def test_of_a_generic_function_the_rules_for_the_players_class_count(player: str) -> None:
     known, own = RULES[player]
-    found = names(source_files(move_opponents.py_func, {type(known)}))
+    found = names(source_files(move_opponents.py_func, named_tuples(signature(known))))
     others = set().union(*(files for _, files in RULES.values())) - own
     assert found >= own | {
         "worlds.py",
@@ -266,7 +266,7 @@ def test_of_a_generic_function_the_rules_for_the_players_class_count(player: str
 
 
 @pytest.mark.parametrize("player", RULES)
-@pytest.mark.parametrize("name", ["predators.py", "sight.py", "network.py", "engine.py", "observation.py"])
+@pytest.mark.parametrize("name", ["predators.py", "sight.py", "network.py", "feedforward.py", "engine.py", "observation.py"])
 def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     monkeypatch: pytest.MonkeyPatch, player: str, name: str
 ) -> None:
