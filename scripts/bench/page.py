@@ -35,8 +35,14 @@ def measure_and_print(
     sections: Mapping[str, Callable[[Scale], list[Row]]],
     full: Scale,
     quick: Scale,
+    answer: str,
+    cells: Mapping[str, tuple[str, str]],
 ) -> None:
-    """Measure the sections that the command line asks for, and print the page."""
+    """Measure the sections that the command line asks for, and print the page.
+
+    The page begins with ``answer``, in which each name in braces stands for a cell of the table: ``cells`` gives the
+    beginning of its row, and ``figure`` or ``ratio``. A page without one of these rows has no answer.
+    """
     parser = argparse.ArgumentParser(description=f"Measure and print {title!r}.")
     parser.add_argument("--quick", action="store_true", help="only see that everything runs")
     parser.add_argument("--only", choices=sections, nargs="+", default=list(sections), help="parts of the table")
@@ -46,10 +52,17 @@ def measure_and_print(
     for name in options.only:
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
         rows += sections[name](quick if options.quick else full)
-    print(f"# {title}\n\nWritten by `scripts/{parser.prog}`. {machine(packages)}.\n")
+    found = {name: _cell(rows, *place) for name, place in cells.items()}
+    print(f"# {title}\n" + (f"\n{answer.format(**found)}\n" if all(found.values()) else ""))
+    print(f"Written by `scripts/{parser.prog}`. {machine(packages)}.\n")
     if options.quick:
         print("A smoke run: the work is too small for its figures to mean anything, so nothing is judged.\n")
         rows = [row._replace(met=None) for row in rows]
     verdict = {True: "met", False: "**missed**", None: ""}
-    cells = [[*row[:-1], verdict[row.met]] for row in rows]
-    print(about, table(["what", "figure", "ratio", "target", ""], cells, "---:"), sep="\n")
+    lines = [[*row[:-1], verdict[row.met]] for row in rows]
+    print(about, table(["what", "figure", "ratio", "target", ""], lines, "---:"), sep="\n")
+
+
+def _cell(rows: list[Row], what: str, column: str) -> str:
+    """Return a cell of the first row that begins with a text, or an empty text if there is no such row."""
+    return next((str(getattr(row, column)) for row in rows if row.what.startswith(what)), "")

@@ -31,7 +31,8 @@ def write(kept: Path, out: Path) -> None:
     tasks = {task: found for task, found in tasks.items() if found}
     if not tasks:
         raise SystemExit(f"there is nothing to report on in {kept}")
-    parts = [HEAD.format(runs=sum(len(a["config"]) for found in tasks.values() for a in found.values()))]
+    runs = sum(len(a["config"]) for found in tasks.values() for a in found.values())
+    parts = [HEAD.format(runs=runs, answer=_in_short(tasks.get("3v1", {})))]
     for task, found in tasks.items():
         _draw(task, found, kept.parent)
         parts += [_of_task(task, found)]
@@ -47,6 +48,32 @@ def _load(place: Path) -> Task:
             found[file.stem] = dict(arrays)
     order = {name: i for i, name in enumerate(FIRST)}
     return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
+
+
+def _in_short(found: Task) -> str:
+    """Return the answer of the page: what became of three predators and one prey in the recommended setting."""
+    if not {"race", "paper"} <= found.keys():
+        return "Nothing is measured yet that the recommended setting can be compared with."
+    race, paper = found["race"], found["paper"]
+
+    def reached(arrays: Arrays, role: Role) -> str:
+        return f"{endpoints.level(arrays, role, 'panel').mean():.2f}"
+
+    return (
+        f"In the recommended setting the prey {_course(race, 'prey')}; the predators {_course(race, 'predators')} "
+        f"({len(race['config'])} seeds). In the end {reached(race, 'prey')} of the prey escape from predators that\n"
+        f"nobody trained on, and the predators catch {reached(race, 'predators')} of such prey. In the paper's setting "
+        f"it is {reached(paper, 'prey')} and {reached(paper, 'predators')}."
+    )
+
+
+def _course(arrays: Arrays, role: Role) -> str:
+    """Return in words what a side gained against the panel in the whole run, and in its second half."""
+    whole, late = (endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)) for half in (False, True))
+    if late.low > 0:
+        return "improve for the whole run" if whole.low > 0 else "improve in its second half only"
+    then = "fall back in the second half" if late.high < 0 else "hold their level in the second half"
+    return f"improve and then {then}" if whole.low > 0 else then
 
 
 def _of_task(task: str, found: Task) -> str:

@@ -2,6 +2,8 @@
 
 HEAD = """# Does the race go on?
 
+{answer}
+
 `python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
 [the protocol](race-protocol.md), written before the runs and changed once; what is planned there and missing here
 has not been run yet. Every figure is measured against opponents that stand still. The *panel* is 20 runs that

@@ -266,7 +266,9 @@ def test_of_a_generic_function_the_rules_for_the_players_class_count(player: str
 
 
 @pytest.mark.parametrize("player", RULES)
-@pytest.mark.parametrize("name", ["predators.py", "sight.py", "network.py", "feedforward.py", "engine.py", "observation.py"])
+@pytest.mark.parametrize(
+    "name", ["predators.py", "sight.py", "network.py", "feedforward.py", "engine.py", "observation.py"]
+)
 def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     monkeypatch: pytest.MonkeyPatch, player: str, name: str
 ) -> None:
