@@ -36,8 +36,8 @@ class SideConfig(Settings):
     network that sees what the whole team sees and controls all of its agents (Yong & Miikkulainen, section III)."""
 
     network: str = "feedforward"
-    """Kind of these networks: `feedforward`, the paper's; `elman`, whose hidden neurons also read what all of them were
-    in the step before, so that an agent remembers; or one of your own, as `module:Class`."""
+    """Kind of these networks: `feedforward`, the paper's; `elman`, whose hidden neurons also read all
+    hidden activations of the previous step, so that an agent remembers; or one of your own, as `module:Class`."""
 
     n_hidden: int = Field(default=10, ge=1)
     """Number of hidden neurons of each network (section V)."""

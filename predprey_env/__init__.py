@@ -30,7 +30,7 @@ from predprey_env.envs.joint import JointTeam, joint_env
 from predprey_env.envs.parallel import PredPreyEnv
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
-from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, sees_team, sight_of
+from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, memory_rows, sees_team, sight_of
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
 from predprey_env.tasks import DEFAULT_OPPONENTS, TASKS
 
@@ -50,6 +50,7 @@ __all__ = [
     "choose",
     "env",
     "joint_env",
+    "memory_rows",
     "parallel_env",
     "parallel_vector_env",
     "raw_env",

@@ -57,7 +57,7 @@ def _commands(parser: argparse.ArgumentParser) -> Iterator[str]:
     for name, command in commands.choices.items():
         options = {_written(action): action for action in command._actions if action.dest != "help"}
         needed = [text for text, action in options.items() if action.required]
-        yield f"## {name}\n\n{command.description.capitalize()}."
+        yield f"## {name}\n\n{command.description[:1].upper()}{command.description[1:]}."
         yield f"```bash\n{' '.join([command.prog, *needed])} ...\n```"
         rows = (f"| `{text}` | {' '.join((action.help or '').split())} |" for text, action in options.items())
         yield _table("option", "what it does", rows=rows)

@@ -233,7 +233,8 @@ def _(policy: Team, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarr
     policy.check_fits(role, config)
     if policy.controller.remembers:
         raise PolicyError(
-            f"{policy.side.network} networks remember, so that what they do does not follow from the position"
+            f"{policy.side.network} networks have memory: their actions depend on earlier steps, so that "
+            "exploitability is not defined"
         )
     found = np.zeros((*seen.shape[:2], config.team(role).n_actions))
     if policy.controller.n_together > 1:

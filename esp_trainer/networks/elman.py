@@ -1,4 +1,4 @@
-"""A network that remembers: its hidden neurons also read what all of them were in the step before.
+"""A recurrent network: its hidden neurons also read all hidden activations of the previous step.
 
 Elman, J. L. (1990). Finding structure in time. Cognitive Science 14, 179-211. ESP was made for such networks (Gomez &
 Miikkulainen 1997).

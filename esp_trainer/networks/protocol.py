@@ -21,7 +21,7 @@ class Network(Protocol):
     n_hidden: int
     """Number of hidden neurons, as the config says."""
     n_genes: int
-    """Distance between the gene strings of two hidden neurons, at least what the network reads of each."""
+    """Number of rows from one hidden neuron's genes to the next; at least the number that the network reads."""
     n_memory: int
     """Number of rows of memory of one network."""
     blank: tuple[np.float32, ...]
@@ -75,6 +75,14 @@ class _Respond(Generic):
 
 
 respond = _Respond("respond", "network")
+"""Outputs of one network, a tuple of values, before their activation, by the rule that is registered for the network's
+class: ``respond.register(Class)`` above ``@rule``.
+
+The rule is called with ``(network, weights, at, inputs, n_inputs, first, memory, context)``: the genes, rows of
+float32, and the index of the first; the inputs, the last of which is 1 if there are biases, and their number; the index
+of the first output among those that the neurons have weights for; the agent's memory, rows of int32, and the index of
+the network's first.
+"""
 
 
 @overload(respond, jit_options={"nogil": True, "_nrt": False, "forceinline": True})

@@ -47,13 +47,13 @@ def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
     """Return a network of a kind; the length of its gene strings is not known yet, and 0."""
     kind = network_class(name)
     try:
-        n_memory = kind.memory(n_hidden)
+        n_memory, n_genes = kind.memory(n_hidden), kind.genes(2, n_actions, n_hidden)
         network = kind(n_hidden=n_hidden, n_genes=0, n_memory=n_memory, blank=(np.float32(0.0),) * n_actions)
     except Exception as error:
         line = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(f"network {name} cannot be made: {line}") from None
     _check_number(name, "memory", n_memory, 0)
-    _check_number(name, "genes", kind.genes(2, n_actions, n_hidden), 1)
+    _check_number(name, "genes", n_genes, 1)
     return network
 
 

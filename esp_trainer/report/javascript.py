@@ -54,6 +54,13 @@ _SIGNS: dict[type[ast.AST], str] = {
 _FUNCTIONS: dict[Any, str] = {abs: "Math.abs", min: "Math.min", max: "Math.max", math.sqrt: "Math.sqrt"}
 """Functions of Python that exact rules may call."""
 
+_RESERVED = {
+    *("arguments", "await", "case", "catch", "const", "debugger", "default", "delete", "do", "enum", "eval", "export"),
+    *("extends", "function", "implements", "instanceof", "interface", "let", "new", "null", "package", "private"),
+    *("protected", "public", "static", "super", "switch", "this", "throw", "typeof", "var", "void"),
+}
+"""Names that variables of Python can have and those of JavaScript cannot."""
+
 _ROUNDED = (ast.Add, ast.Sub, ast.Mult, ast.Div)  # operations whose results are rounded to 32 bits
 
 
@@ -118,6 +125,8 @@ class _Translation:
         assert isinstance(tree, ast.FunctionDef)
         names = [argument.arg for argument in tree.args.args]
         self._local = {*names, *(node.id for node in ast.walk(tree) if _is_stored(node))}  # type: ignore[attr-defined]
+        if reserved := sorted(_RESERVED & {tree.name, *self._local}):
+            raise ValueError(f"rules do not hold names that JavaScript reserves: {', '.join(reserved)}")
         defaults = dict(zip(reversed(names), reversed(tree.args.defaults), strict=False))
         arguments = [f"{n} = {self._value(defaults[n])}" if n in defaults else n for n in names]
         summary = " ".join((ast.get_docstring(tree) or "").split("\n\n")[0].split())
@@ -157,16 +166,18 @@ class _Translation:
                 return [f"{self._target(target)} = {self._value(value)};"]
             case ast.AnnAssign(target, _, ast.expr() as value):
                 return [f"{self._target(target)} = {self._value(value)};"]
-            case ast.AugAssign(target, operator, value):  # rules use this for counters only, so nothing is rounded
-                return [f"{self._target(target)} {_SIGNS[type(operator)]}= {self._plain(value)};"]
-        raise self._cannot(node)
+            case ast.AugAssign(target, operator, ast.Constant(int(step))):  # a counter
+                return [f"{self._target(target)} {_sign(node, operator)}= {step};"]
+            case ast.AugAssign(target, operator, value):
+                return [f"{self._target(target)} = {self._value(ast.BinOp(target, operator, value))};"]
+        raise _cannot(node)
 
     def _range(self, name: str, bounds: list[ast.expr]) -> str:
         """Return the head of a loop over integers, whose step is a positive constant."""
         first, last = ["0", *map(self._plain, bounds[:2])][-2:]
         step = self._constant(bounds[2]) if len(bounds) > 2 else "1"
         if step is None or int(step) <= 0:
-            raise self._cannot(bounds[2])
+            raise _cannot(bounds[2])
         return f"{name} = {first}; {name} < {last}; {name} += {step}"
 
     def _target(self, node: ast.expr) -> str:
@@ -199,14 +210,14 @@ class _Translation:
             case ast.IfExp(test, body, orelse):
                 return f"({self._value(test)} ? {self._value(body)} : {self._value(orelse)})"
             case ast.Compare(left, [operator], [right]):
-                return f"({self._value(left)} {_SIGNS[type(operator)]} {self._value(right)})"
+                return f"({self._value(left)} {_sign(node, operator)} {self._value(right)})"
             case ast.BoolOp(operator, values):
-                return f"({f' {_SIGNS[type(operator)]} '.join(map(self._value, values))})"
+                return f"({f' {_sign(node, operator)} '.join(map(self._value, values))})"
             case ast.UnaryOp(operator, operand):
-                return f"{_SIGNS[type(operator)]}{self._value(operand)}"
+                return f"{_sign(node, operator)}{self._value(operand)}"
             case ast.BinOp():
                 return self._arithmetic(node)
-        raise self._cannot(node)
+        raise _cannot(node)
 
     def _plain(self, node: ast.expr) -> str:
         """Translate arithmetic on indices and counters, which needs no rounding."""
@@ -218,7 +229,7 @@ class _Translation:
         left, right = self._value(node.left), self._value(node.right)
         if isinstance(node.op, ast.FloorDiv):
             return f"Math.floor({left} / {right})"
-        plain = f"{left} {_SIGNS[type(node.op)]} {right}"
+        plain = f"{left} {_sign(node, node.op)} {right}"
         if self._exact or not isinstance(node.op, _ROUNDED):
             return f"({plain})"
         # Random choices need integers above 2**24, which rounding to 32-bit floats would change.
@@ -244,7 +255,7 @@ class _Translation:
                     fields = zip(names, values, strict=True)
                     return f"({{ {', '.join(f'{field}: {value}' for field, value in fields)} }})"
                 return f"{self._global(name)}({', '.join(values)})"
-        raise self._cannot(function)
+        raise _cannot(function)
 
     def _global(self, name: str) -> str:
         """Return the JavaScript name of a global of the rule's module: another rule, or a function in ``GIVEN``."""
@@ -284,8 +295,16 @@ class _Translation:
     def _is_float(self, node: ast.expr) -> bool:
         return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "as_float"
 
-    def _cannot(self, node: ast.AST) -> ValueError:
-        return ValueError(f"rules do not hold such a thing: {ast.unparse(node)}")
+
+def _cannot(node: ast.AST) -> ValueError:
+    return ValueError(f"rules do not hold such a thing: {ast.unparse(node)}")
+
+
+def _sign(node: ast.AST, operator: ast.AST) -> str:
+    """Return an operator in JavaScript; raise :class:`ValueError`, which quotes ``node``, if there is none."""
+    if type(operator) not in _SIGNS:
+        raise _cannot(node)
+    return _SIGNS[type(operator)]
 
 
 def _is_stored(node: ast.AST) -> bool:

@@ -27,7 +27,6 @@ from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import first_memory
 from predprey_env.rules.dynamics import is_over
 from predprey_env.rules.observation import sight_rows
-from predprey_env.settings import plain
 
 _PLAYED = (play_step, seed_of, first_memory, is_over, sight_rows)
 _SEEN = (episode_of, unwrap, measure_offsets, detect, role_towards_any)
@@ -48,7 +47,8 @@ def rules_in_javascript(floats: str, networks: Iterable[type] = (FeedForward,)) 
     Raises:
         ValueError: The rule of a network is outside the subset of Python that can be translated.
     """
-    rules = translate(*_PLAYED, *_SEEN, classes=(Entrants, *networks), exact=behaviours.__name__)
+    classes = Entrants, *(tuple(networks) or (FeedForward,))
+    rules = translate(*_PLAYED, *_SEEN, classes=classes, exact=behaviours.__name__)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 
@@ -109,8 +109,8 @@ def controller(networks: Controller) -> dict[str, Any]:
 
 
 def _network(network: Any) -> dict[str, Any]:
-    """Return a network with its fields as plain numbers, and the name of its class as ``kind``."""
-    fields = {name: plain(value) for name, value in network._asdict().items() if name != "blank"}
+    """Return a network with its fields as plain numbers or lists of them, and the name of its class as ``kind``."""
+    fields = {name: np.asarray(value).tolist() for name, value in network._asdict().items()}
     return {**fields, "kind": type(network).__name__, "blank": [0] * len(network.blank)}
 
 

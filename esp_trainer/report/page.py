@@ -109,13 +109,14 @@ def _asset(name: str) -> str:
 
 def _rules(sources: Sequence[RunSource]) -> tuple[str, list[str]]:
     """Return the rules as JavaScript, and a note if a network of the runs cannot be played in it."""
-    networks = matches.network_kinds(source.history for source in sources if source.history)
-    try:
-        return matches.rules_in_javascript(_asset("floats.js"), networks), []
-    except ValueError as error:
-        names = ", ".join(kind.__name__ for kind in networks)
-        note = f"No match can be played here: the rule of {names} has no translation to JavaScript ({error})."
-        return matches.rules_in_javascript(_asset("floats.js")), [note]
+    networks, notes = matches.network_kinds(source.history for source in sources if source.history), []
+    for kind in networks:
+        try:
+            matches.rules_in_javascript("", [kind])
+        except (ValueError, OSError) as error:  # of a class whose source cannot be read
+            why = f"the rule of {kind.__name__} has no translation to JavaScript ({error})"
+            notes.append(f"No match can be played here: {why}.")
+    return matches.rules_in_javascript(_asset("floats.js"), () if notes else networks), notes
 
 
 def _script(name: str) -> str:

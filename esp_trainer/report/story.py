@@ -74,7 +74,7 @@ def _gains(both: Sequence[Sides[Progress]]) -> str:
     strengths = _strengths(both)
     return (
         f"from early to late predators gain {_figure(strengths['predators'], '+')} of the prey, and prey "
-        f"{_figure(strengths['prey'], '+')}; the lesser of the two {_figure([two_sided(each) for each in both], '+')}"
+        f"{_figure(strengths['prey'], '+')}; the smaller gain is {_figure([two_sided(each) for each in both], '+')}"
     )
 
 
@@ -159,7 +159,7 @@ def _circles(runs: Sequence[MeasuredRuns]) -> Line | None:
 def _phases(runs: Sequence[MeasuredRuns]) -> Line:
     dated = [run for run in runs if run.alternation]
     if not dated:
-        return Line(f"Phases are not dated: that takes a log of at least {2 * MIN_LENGTH} generations.")
+        return Line(f"The run is too short to find phases: that takes at least {2 * MIN_LENGTH} generations.")
     if len(runs) > 1:
         return _phases_of_several(dated)
     (run,) = dated
@@ -218,7 +218,7 @@ def _behaviours(runs: Sequence[MeasuredRuns]) -> Line | None:
     peaks = "; ".join(f"{name} ({100 * rate:.0f}% at generation {at})" for rate, name, at in seen)
     figures = [
         f"Behaviours beyond chance, with their peaks: {peaks}." if peaks else "",
-        f"Next to none: {', '.join(absent)}." if absent else "",
+        f"Seen, but no more often than by chance: {', '.join(absent)}." if absent else "",
         f"Never seen: {', '.join(never)}." if never else "",
     ]
     words = (

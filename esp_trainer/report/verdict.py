@@ -24,9 +24,9 @@ WINDOW = 15
 """Number of generations over which curves of success are averaged."""
 
 _RARE = (50, 20)
-"""A side has won if, up to the end, its opponents succeed with fewer than 1 in so many prey."""
+"""A side has won if, up to the end, the opponents win fewer than 1 in n prey, for one of these n."""
 _LAST = 6  # it must hold for at least the last sixth of the run
-_WON: dict[Role, str] = {"predators": "escapes", "prey": "is caught"}
+_WON: dict[Role, str] = {"predators": "escape", "prey": "are caught"}
 _FRACTIONS = (
     (0, 1),
     (1, 50),

@@ -133,8 +133,8 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         The old opponents stay if a new one cannot play or its ``reset`` raises.
         """
         old = self._pool, self._seats, self._policies
-        self._seat(opponent)
         try:
+            self._seat(opponent)
             with self._all_or_nothing():
                 if self._over is not None:
                     self._wake()

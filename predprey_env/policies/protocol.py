@@ -147,9 +147,14 @@ class _MemoryRows(Generic):
 
 
 choose = _Choose("choose")
+"""Action of one agent, by the rule that is registered for the player's class: ``choose.register(Player)`` above
+``@rule``. The rule is called with ``(player, agent, seen, memory, at)``."""
 sees_team = _SeesTeam("sees_team")
+"""Whether a player chooses from the observations of its whole team; by default it does not."""
 sight_of = _SightOf("sight_of")
+"""What a player's agents observe, a :class:`predprey_env.Sight`; by default what the paper's do."""
 memory_rows = _MemoryRows("memory_rows")
+"""Number of int32 rows of memory that a player needs for each agent; by default four."""
 
 _INLINED = {"nogil": True, "_nrt": False, "forceinline": True}
 

@@ -63,7 +63,7 @@ def _in_short(found: Task) -> str:
         f"In the recommended setting the prey {_course(race, 'prey')}; the predators {_course(race, 'predators')} "
         f"({len(race['config'])} seeds). In the end {reached(race, 'prey')} of the prey escape from predators that\n"
         f"nobody trained on, and the predators catch {reached(race, 'predators')} of such prey. In the paper's setting "
-        f"it is {reached(paper, 'prey')} and {reached(paper, 'predators')}."
+        f"{reached(paper, 'prey')} of the prey escape, and the predators catch {reached(paper, 'predators')}."
     )
 
 

@@ -21,7 +21,7 @@ from predprey_env.envs.worlds import move_opponents
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store
 from predprey_env.policies import SCRIPTS, ScriptedTeam
-from predprey_env.policies.protocol import choose
+from predprey_env.policies.protocol import choose, memory_rows
 
 SMALL = EnvConfig(n_predators=3, n_prey=2, size=6, max_cycles=9, reward="dense")
 TEAM = pytest.mark.parametrize("team", TEAMS)
@@ -316,3 +316,26 @@ def test_an_evolved_team_that_does_not_fit_is_refused(team: TeamName) -> None:
 def test_a_script_with_other_actions_is_refused() -> None:
     with pytest.raises(ValueError, match=r"^predators have 4 actions in this world, got a team with 5$"):
         PredPreyVectorEnv(SMALL.replace(predator_idle=False), 2, "prey", ScriptedTeam("parity_chase"))
+
+
+class Greedy(NamedTuple):
+    """A player whose memory cannot be told."""
+
+    n_actions: int
+
+
+def test_the_old_opponents_stay_where_the_memory_of_new_ones_cannot_be_told() -> None:
+    class Refuses(CompassTeam):
+        def compiled(self, team: TeamName, env: EnvConfig, lanes: int) -> Any:
+            return Greedy(4)
+
+    choose.register(Greedy, _turn)
+    memory_rows.register(Greedy, lambda player: player.n_rows)
+    env = PredPreyVectorEnv(SMALL, N_WORLDS, "predators", "run_straight")
+    env.reset(seed=1)
+    with pytest.raises(AttributeError, match="n_rows"):
+        env.set_opponent(Refuses())
+    other = PredPreyVectorEnv(SMALL, N_WORLDS, "predators", "run_straight")
+    other.reset(seed=1)
+    actions = np.zeros(env.num_envs, int)
+    assert env.step(actions)[0].tolist() == other.step(actions)[0].tolist()

@@ -51,7 +51,7 @@ class Charts {
       Plotly.react(place, data, layoutOf(layout), QUIET);
     }
     const master = document.querySelector("#chart-master > div");
-    if (master && !master.dataset.clicks) {
+    if (master && this.player.show && !master.dataset.clicks) {
       master.dataset.clicks = "true";
       master.on("plotly_click", ({ points: [{ x, curveNumber }] }) => {
         const hunts = this.data.charts.find(({ id }) => id === "master").data[curveNumber].name.startsWith("predators");

@@ -14,8 +14,8 @@ const STEPS = [
 ];
 
 class Tour {
-  // button: what opens it.
-  constructor(button) {
+  // button: what opens it. begin: called when it opens.
+  constructor(button, begin) {
     this.button = button;
     this.steps = STEPS.filter(([place]) => document.querySelector(place)?.getClientRects().length);
     this.title = element("h2", { id: "tour-title" });
@@ -29,7 +29,7 @@ class Tour {
     this.box.setAttribute("aria-labelledby", "tour-title");
     this.text.ariaLive = "polite";
     document.body.append(this.box);
-    button.addEventListener("click", () => this.show(0));
+    button.addEventListener("click", () => { begin(); this.show(0); });
     document.addEventListener("keydown", ({ key }) => { if (key === "Escape" && !this.box.hidden) this.close(); });
   }
 
@@ -56,6 +56,6 @@ class Tour {
   close() {
     this.#point(null);
     this.box.hidden = true;
-    this.button.focus();
+    this.button.focus({ preventScroll: true });
   }
 }

@@ -28,6 +28,8 @@ class Yourself {
     this.teams = teams;
     this.episode = new Episode(player.game, ...teams, this.start, agent);
     player.live = this;
+    byId("result").textContent = "";
+    byId("thoughts").hidden = byId("scrub").disabled = true;
     this.idles = hunts && player.env.predator_idle;
     byId("go-idle").hidden = !this.idles;
     this.#toggled();
@@ -51,6 +53,7 @@ class Yourself {
   stop(text = this.invitation) {
     if (this.player.live !== this) return;
     this.player.live = null;
+    byId("thoughts").hidden = byId("scrub").disabled = false;
     this.said.textContent = text;
     this.#toggled();
     this.player.draw();

@@ -107,7 +107,7 @@ def test_a_team_that_remembers_is_saved_and_loaded(tmp_path: Path) -> None:
 
 def test_what_remembers_has_no_exploitability() -> None:
     config = EnvConfig(n_predators=2, n_prey=1, size=4)
-    with pytest.raises(PolicyError, match=r"^elman networks remember, so that what they do does not"):
+    with pytest.raises(PolicyError, match=r"^elman networks have memory: .* exploitability is not defined$"):
         ask_in(team(SideConfig(network="elman"), n_opponents=2), np.zeros((1, 1, 4), np.float32), "prey", config)
 
 

@@ -73,7 +73,7 @@ def test_all_that_rules_are_made_of() -> None:
         "total = 0;",
         "for (i = 0; i < n; i += 1) {",
         "for (k = 1; k < (at + 1); k += 1) {",
-        "total += k;",
+        "total = Math.fround(total + k);",
         "}",
         "if (((i === 2) && false)) {",
         "world.x[(i + 1)] = ((world.x[i] < 1048576) ? halve(n) : fma(as_float(at), 0.5, -0.5));",
@@ -99,7 +99,7 @@ def test_exact_rules_compute_with_the_numbers_of_javascript() -> None:
         "let k, led, low;",
         "[low, led] = [Math.min(Math.abs(a[0]), Math.max(a[1], n)), 0];",
         "for (k = 8; k < (n + 1); k += 4) {",
-        "led += ((k > 9) && ((low < k) || false));",
+        "led = (led + ((k > 9) && ((low < k) || false)));",
         "}",
         "while (((led > 0) && ((low * led) > (n / 3)))) {",
         "led -= 1;",
@@ -179,3 +179,44 @@ def test_two_rules_of_one_name_are_refused() -> None:
     other.py_func.__name__ = "halve"
     with pytest.raises(ValueError, match="two rules are called halve"):
         translate(halve, other)
+
+
+def adds(a: Any) -> Any:
+    n = 0
+    n += 1
+    a += 0.1
+    a += n * a
+    return a
+
+
+def test_a_sum_is_rounded_however_it_is_written() -> None:
+    text = translate(adds)
+    assert "n += 1;" in text
+    assert "a = Math.fround(a + 0.1);" in text
+    assert "a = Math.fround(a + Math.fround(n * a));" in text
+
+
+def reserved(a: Any) -> Any:
+    new = a + 1
+    return new * new
+
+
+def within(a: Any) -> Any:
+    return a if a in (1, 2) else 0
+
+
+def shifted(a: Any) -> Any:
+    return a << 1
+
+
+@pytest.mark.parametrize(
+    ("function", "why"),
+    [
+        (reserved, "rules do not hold names that JavaScript reserves: new"),
+        (within, r"rules do not hold such a thing: a in \(1, 2\)"),
+        (shifted, "rules do not hold such a thing: a << 1"),
+    ],
+)
+def test_what_javascript_cannot_say_is_refused_in_one_line(function: Any, why: str) -> None:
+    with pytest.raises(ValueError, match=f"^{why}$"):
+        translate(function)

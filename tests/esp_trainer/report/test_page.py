@@ -8,9 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from esp_trainer.cli import main
+from esp_trainer.networks import respond
+from esp_trainer.networks.feedforward import FeedForward
+from esp_trainer.report import matches
+from predprey_env.jit import rule
 
 DataOf = Callable[[Path], dict[str, Any]]
 
@@ -166,3 +171,25 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_anything_is_played(
 ) -> None:
     place = tmp_path / "no/such/page.html"
     assert refusal(capsys, run, "--out", place) == f"esp-trainer: {place}: No such file or directory"
+
+
+class Odd(FeedForward):
+    """A kind of network whose rule cannot be translated."""
+
+
+@rule
+def _odd(network: Any, weights: Any, at: int, inputs: Any, n_inputs: int, first: int, memory: Any, context: int) -> Any:
+    return np.sin(weights)
+
+
+def test_a_network_without_a_translation_costs_the_matches_alone(
+    runs: list[Path], report: Callable[..., int], tmp_path: Path, data_of: DataOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    respond.register(Odd, _odd)
+    monkeypatch.setattr(matches, "network_kinds", lambda _: [FeedForward, Odd])
+    assert report(runs[0], "--out", tmp_path / "page.html") == 0
+    why = "No match can be played here: the rule of Odd has no translation to JavaScript (rules do not hold such"
+    assert why in story(tmp_path / "page.html")
+    data = data_of(tmp_path / "page.html")
+    assert data["runs"][0]["sides"] is None
+    assert data["matrix"]

@@ -88,7 +88,7 @@ def test_it_says_who_became_better_and_by_how_much(predators: float, prey: float
     assert line.words == f"{said} against the same opponents of the run."
     assert line.figures == (
         f"Against the same opponents of the run, from early to late predators gain {predators:+.2f} of the prey, and "
-        f"prey {prey:+.2f}; the lesser of the two {min(predators, prey):+.2f}."
+        f"prey {prey:+.2f}; the smaller gain is {min(predators, prey):+.2f}."
     )
 
 
@@ -148,7 +148,7 @@ def test_of_two_runs_there_is_no_interval_and_no_test() -> None:
 
     lines = two((0.3, 0.1), (0.34, 0.12))
     assert lines[0].words.startswith("Both sides got better in each of the two runs")
-    assert "predators gain +0.32 of the prey, and prey +0.11; the lesser of the two +0.11." in lines[0].figures
+    assert "predators gain +0.32 of the prey, and prey +0.11; the smaller gain is +0.11." in lines[0].figures
     said = "".join(line.figures for line in lines)
     assert "[" not in said
     assert ", p " not in said
@@ -198,7 +198,7 @@ def test_of_many_phases_it_names_the_longest() -> None:
 
 
 def test_phases_that_are_not_dated_are_not_passed_over_in_silence() -> None:
-    assert words(run())[3] == "Phases are not dated: that takes a log of at least 20 generations."
+    assert words(run())[3] == "The run is too short to find phases: that takes at least 20 generations."
 
 
 def test_it_names_each_behaviour_once() -> None:
@@ -206,8 +206,8 @@ def test_it_names_each_behaviour_once() -> None:
     last = story([run(watched=seen)])[-1]
     assert last.words == "Seen more often than by chance: attacker."
     assert last.figures.startswith(
-        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Next to none: baiting. Never "
-        "seen: blocker, "
+        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but no more often than by "
+        "chance: baiting. Never seen: blocker, "
     )
     assert all(last.figures.count(name) == 1 for name in SHOWN)
     many = watched(attacker=[0.4] * 4, blocker=[0.3] * 4, circling=[0.2] * 4, baiting=[0.1] * 4, herding=[0.1] * 4)

@@ -60,10 +60,10 @@ def test_a_side_that_is_beaten_has_lost_however_much_it_gained() -> None:
         return verdict([run(RISING, RISING, np.where(np.arange(n) < since, 0.3, level))])
 
     # The mean over 15 generations is below the bound once its window holds few enough of the earlier ones.
-    assert ending(0.0) == "Prey won: after generation 1006 fewer than 1 in 50 is caught."
-    assert ending(0.04) == "Prey won: after generation 1006 fewer than 1 in 20 is caught."
-    assert ending(0.97) == "Predators won: after generation 1006 fewer than 1 in 20 escapes."
-    assert ending(0.0, since=0) == "Prey won: from the first generation on fewer than 1 in 50 is caught."
+    assert ending(0.0) == "Prey won: after generation 1006 fewer than 1 in 50 are caught."
+    assert ending(0.04) == "Prey won: after generation 1006 fewer than 1 in 20 are caught."
+    assert ending(0.97) == "Predators won: after generation 1006 fewer than 1 in 20 escape."
+    assert ending(0.0, since=0) == "Prey won: from the first generation on fewer than 1 in 50 are caught."
     still = "Both sides were still improving at the end; late predators catch about 1 in 2 late prey."
     assert ending(0.1) == still
     assert ending(0.0, since=1400) == still  # not for the last sixth of the run
