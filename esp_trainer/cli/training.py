@@ -21,7 +21,7 @@ from esp_trainer.cli.signals import handled_by, tell
 from esp_trainer.cli.streams import say
 from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
-from esp_trainer.coevolution.sides import side_config
+from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
@@ -63,8 +63,10 @@ class Players:
             tell("esp-trainer: interrupted")
             os._exit(128 + number)  # an exception would be lost where LLVM calls back to Python
 
+        evolving = [role for role in ROLES if side_config(config, role).policy == "esp"]
+        controllers = {role: side_controller(config, role) for role in evolving}
         with handled_by(leave):
-            evaluator.compile()
+            evaluator.compile(**controllers)
         return evaluator
 
 

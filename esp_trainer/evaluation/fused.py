@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise, starmap
 from typing import Any
 
 import numpy as np
+from numba.core.errors import NumbaError
 
 from esp_trainer.config import SideConfig
 from esp_trainer.cores import cores
 from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation.kernel import BatchSide, Recorded, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
+from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, TeamBatch, Trace, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 from predprey_env.jit.lanes import LANES
@@ -45,10 +48,16 @@ class FusedEvaluator:
         """Leave the threads out of copies and pickles."""
         return self.__dict__ | {"_pool": None}
 
-    def compile(self) -> None:
-        """Load the kernel from the cache, or compile it, which takes about 15 s."""
-        nobody = TrialBatch(ScriptedTeams("random"), ScriptedTeams("random"), np.zeros(self._shape(0, 1)))
-        self.evaluate(nobody)
+    def compile(self, predators: Controller | None = None, prey: Controller | None = None) -> None:
+        """Load the kernel for two controllers, or scripts, from the cache, or compile it, which takes about 15 s.
+
+        Raises :class:`ValueError`, in one line, if the rule of a network of one's own does not compile.
+        """
+        teams = _no_teams(predators, self.env.n_predators), _no_teams(prey, self.env.n_prey)
+        try:
+            self.evaluate(TrialBatch(*teams, np.zeros(self._shape(0, 1))))
+        except NumbaError as error:
+            raise ValueError(f"a rule does not compile: {_reason(error)}") from None
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""
@@ -99,6 +108,22 @@ class FusedEvaluator:
             list(self._threads().map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, most)))
         result = TrialResult(outcome.fitness, outcome.caught_at > 0, outcome.steps)
         return result, Trace(outcome.cells, outcome.actions, outcome.caught_at[:n_traced])
+
+
+def _no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
+    """Return teams for no trial: of a controller, or a script."""
+    if controller is None:
+        return ScriptedTeams("random")
+    n_genomes, (n_networks, n_hidden, n_genes) = n_agents // controller.n_together, controller.shape
+    genomes = np.zeros((n_genomes, n_networks, n_hidden, 1, n_genes), np.float32)
+    return EvolvedTeams(controller, genomes, np.zeros((0, n_genomes, n_networks, n_hidden), np.int64))
+
+
+def _reason(error: NumbaError) -> str:
+    """Return the line of an error of Numba that says what is wrong, the one below the innermost failure."""
+    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", str(error)).splitlines() if line.strip()]
+    after = [line for line, before in zip(lines[1:], lines, strict=False) if "Failed in" in before]
+    return after[-1] if after else lines[0]
 
 
 def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:

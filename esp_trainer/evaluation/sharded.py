@@ -8,6 +8,7 @@ import numpy as np
 
 from esp_trainer import cluster
 from esp_trainer.evaluation.fused import FusedEvaluator, blocks
+from esp_trainer.networks.controller import Controller
 from esp_trainer.types import Indices, TeamBatch, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 
@@ -41,9 +42,9 @@ class ShardedEvaluator:
         self._here = FusedEvaluator(env, threads)
         self.starts = self._here.starts
 
-    def compile(self) -> None:
+    def compile(self, predators: Controller | None = None, prey: Controller | None = None) -> None:
         """Load or compile the kernel on this machine. Any other node does so with its first shard."""
-        self._here.compile()
+        self._here.compile(predators, prey)
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""

@@ -26,6 +26,9 @@ from esp_trainer.types import ROLES, Role
 Figure: TypeAlias = dict[str, Any]
 """A chart: ``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
 
+_FEW = 10
+"""Number of generations of which each has a tick on the axis."""
+
 _DASHES = ("solid", "dash", "dashdot", "dot", "longdash", "longdashdot")
 _COLOURS: dict[Role, str] = {"predators": "@attacker", "prey": "@prey"}  # as in the figures of the documents
 
@@ -34,8 +37,11 @@ def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     """Return all charts that have data."""
     drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _weights, _timings]
     shown = [figure for chart in drawn if (figure := chart(runs))["data"]]
+    n = len(runs[0].source)
     for figure in shown:  # all show the same generations, so that one can be compared with another
-        figure["layout"]["xaxis"]["range"] = [0, max(1, len(runs[0].source) - 1)]
+        figure["layout"]["xaxis"]["range"] = [0, max(1, n - 1)]
+        if n <= _FEW:
+            figure["layout"]["xaxis"]["dtick"] = 1
     return shown
 
 
@@ -67,7 +73,8 @@ def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: in
     """Return traces of the mean over runs, ``(n_runs, n)``, preceded by its 95% interval for three runs or more."""
     mean, low, high = interval_of_curves(curves)
     line = {"color": colour, "dash": _DASHES[number % len(_DASHES)], "width": 2}
-    curve = {"x": x.tolist(), "y": _rounded(mean), "name": name, "mode": "lines", "line": line, "legendgroup": name}
+    mode = "lines" if len(x) > 1 else "lines+markers"
+    curve = {"x": x.tolist(), "y": _rounded(mean), "name": name, "mode": mode, "line": line, "legendgroup": name}
     curve |= {"hovertemplate": f"%{{y:.3f}}<extra>{name}</extra>"} | more
     if len(curves) < MIN_SEEDS:
         return [curve]
@@ -104,7 +111,7 @@ def _success(runs: Sequence[MeasuredRuns]) -> Figure:
         if curves:
             values = smooth(np.stack([each[kind] for each in curves]), WINDOW)
             data += _curve(np.arange(values.shape[1]), values, name, colour, number)
-    layout = _axes("share", range=[0, 1])
+    layout = _axes("fraction", range=[0, 1])
     phases = runs[0].phases if len(runs) == 1 else ()
     edge = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "@muted", "width": 1, "dash": "dot"}}
     layout["shapes"] = [{**edge, "x0": phase.start, "x1": phase.start} for phase in phases[1:]]
@@ -175,7 +182,7 @@ def _behaviours(runs: Sequence[MeasuredRuns]) -> Figure:
         "caption": "Fraction of the episodes of champions against contemporary champions in which a behaviour is "
         "detected, minus its rate by chance. The legend switches on the rare ones.",
         "data": data,
-        "layout": _axes("share beyond chance"),
+        "layout": _axes("rate beyond chance"),
     }
 
 
@@ -197,7 +204,7 @@ def _signal(runs: Sequence[MeasuredRuns]) -> Figure:
         "caption": "Fraction of the variance of neuron fitness within a subpopulation that is not sampling noise. "
         f"A few percent are usual. Means over {WINDOW} generations.",
         "data": _both_roles(runs, "signal", WINDOW),
-        "layout": _axes("share"),
+        "layout": _axes("fraction"),
     }
 
 

@@ -51,7 +51,7 @@ class Charts {
       Plotly.react(place, data, layoutOf(layout), QUIET);
     }
     const master = document.querySelector("#chart-master > div");
-    if (master && this.player.show && !master.dataset.clicks) {
+    if (master && this.player && !master.dataset.clicks) {
       master.dataset.clicks = "true";
       master.on("plotly_click", ({ points: [{ x, curveNumber }] }) => {
         const hunts = this.data.charts.find(({ id }) => id === "master").data[curveNumber].name.startsWith("predators");
@@ -71,7 +71,7 @@ class Charts {
 
   get run() {
     const chosen = Number(byId("matrix-run").value || 0);
-    return this.player.sides[chosen] ? chosen : this.player.sides.findIndex(Boolean);
+    return !this.player || this.player.sides[chosen] ? chosen : this.player.sides.findIndex(Boolean);
   }
 
   #matrix() {
@@ -91,7 +91,7 @@ class Charts {
     const layout = layoutOf({ hovermode: "closest", margin: { l: 50, r: 8, t: 6, b: 42 }, xaxis: { title: title("prey of generation") },
       yaxis: { title: title("predators of generation") } });
     Plotly.react(place, x.length > 1 && y.length > 1 ? [heat, both, here] : [heat], layout, QUIET);
-    if (!place.dataset.clicks) {
+    if (this.player && !place.dataset.clicks) {
       place.dataset.clicks = "true";
       place.on("plotly_click", ({ points }) => {
         const cell = points.find((point) => point.curveNumber === 0);
@@ -102,7 +102,7 @@ class Charts {
 
   // Return the cell of the current match, if it belongs to this matrix.
   #here() {
-    const { predators, prey } = this.player, inside = predators?.run === this.run && prey?.run === this.run;
+    const { predators, prey } = this.player ?? {}, inside = predators?.run === this.run && prey?.run === this.run;
     return { x: inside ? [prey.generation] : [], y: inside ? [predators.generation] : [] };
   }
 

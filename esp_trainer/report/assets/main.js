@@ -57,6 +57,7 @@ function theme(name) {
 }
 
 let linked = false;
+if (!player) document.querySelector(".charts").before(byId("matrix-figure")); // it needs no player
 if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
@@ -65,7 +66,7 @@ if (player) {
   player.yourself = new Yourself(player, data.world.moves);
   linked = followLinks(player, byId("link"), byId("linked"));
 }
-charts = new Charts(data, player ?? { sides: [] });
+charts = new Charts(data, player);
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);

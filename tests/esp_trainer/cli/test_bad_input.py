@@ -547,7 +547,7 @@ def test_a_run_on_a_disk_that_may_only_be_read_is_refused_and_its_teams_play(
 def test_what_fails_deep_inside_is_told_without_a_traceback(
     esp_trainer: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*_: Any) -> None:
+    def fail(*_: Any, **__: Any) -> None:
         raise OSError(5, "Input/output error")
 
     monkeypatch.setattr(FusedEvaluator, "compile", fail)

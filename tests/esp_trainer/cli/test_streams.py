@@ -161,7 +161,7 @@ def test_a_warning_of_ours_is_a_line_like_others_and_those_of_others_are_as_befo
 def test_a_warning_that_is_an_error_is_told_in_one_line(esp_trainer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """As PYTHONWARNINGS=error has it."""
 
-    def warn(*_: Any) -> None:
+    def warn(*_: Any, **__: Any) -> None:
         warnings.warn_explicit("machine code is not kept", RuntimeWarning, "predprey_env", 0)
 
     for method in ("compile", "evaluate"):

@@ -144,7 +144,7 @@ def test_threads_change_nothing(
 def test_an_interrupt_before_the_first_generation_ends_in_one_line(
     command: list[str], esp_trainer: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*_: Any) -> None:
+    def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
     esp_trainer("train", "smoke", "--generations", "1", "--out", "run")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from esp_trainer.cli import main
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import SideConfig
@@ -244,3 +245,27 @@ def test_a_team_whose_network_is_not_there_is_refused_in_one_line(tmp_path: Path
     gone.save(tmp_path / "team.safetensors")
     with pytest.raises(DamagedFileError, match="is not a usable team: network gone_module:Net cannot be imported: Mod"):
         Team.load(tmp_path / "team.safetensors")
+
+
+class Unknown(Linear):
+    """Its rule uses a name that is nowhere."""
+
+
+@rule
+def _unknown(
+    network: Any, weights: Any, at: int, inputs: Any, n_inputs: int, first: int, memory: Any, context: int
+) -> Any:
+    return nowhere  # type: ignore[name-defined]  # noqa: F821
+
+
+respond.register(Unknown, _unknown)
+
+
+def test_a_rule_that_does_not_compile_is_told_in_one_line_before_a_run_begins(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = tmp_path / "run"
+    assert main(["train", "smoke", "--prey.network", f"{HERE}:Unknown", "--out", str(place)]) == 1
+    *_, last = capsys.readouterr().err.splitlines()
+    assert last == "esp-trainer: a rule does not compile: NameError: name 'nowhere' is not defined"
+    assert not place.exists()
