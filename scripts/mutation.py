@@ -90,6 +90,9 @@ WARM += ("pettingzoo.test", "matplotlib.figure")
 ABOUT = """\
 # Mutation testing
 
+The tests notice {killed:,} of {counted:,} changes of one thing in the rules, operators and fitness that could be
+noticed, {score:.1%}.
+
 Made by `python scripts/mutation.py`; the docstring there says how. One thing of a module is changed at a time by Cosmic
 Ray {version}, an operator, a number, a condition or a loop, and the module's own tests are run. A mutant is killed when
 a test fails, or when the tests take over five times as long as otherwise, and 20 s. Not counted are mutants of
@@ -394,7 +397,9 @@ def write(known: Sequence[Reading]) -> int:
     heads = ["module", "mutants", "killed", "equivalent", "survived", "score"]
     cells = [[name, n, killed, same, left, f"{killed / (n - same):.1%}"] for n, killed, same, left, name in rows]
     table = [f"| {' | '.join(map(str, line))} |" for line in [heads, ["---"] * len(heads), *cells]]
-    parts = [ABOUT.format(version=metadata.version("cosmic-ray")), *table]
+    n, killed, same, *_ = rows[-1]
+    answer = {"killed": killed, "counted": n - same, "score": killed / (n - same)}
+    parts = [ABOUT.format(version=metadata.version("cosmic-ray"), **answer), *table]
     for title, lines in lists.items():
         parts += ["", f"## {title}", *lines]
     PAGE.write_text("\n".join(parts) + "\n")
