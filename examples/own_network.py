@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from esp_trainer import Coevolution, FusedEvaluator, new_sides, preset
-from esp_trainer.networks import logistic, respond
+from esp_trainer.networks import logistic, respond, weighted_sum
 from predprey_env.jit import add_products, bits_of, float_of, fma, load, rule, store, zeros
 
 N_GENERATIONS = 3 if "--quick" in sys.argv else 40
@@ -43,9 +43,7 @@ class Leaky(NamedTuple):
 def leaky(network, weights, at, inputs, n_inputs, first, memory, context):
     outputs = zeros(weights, network.blank)
     for neuron in range(network.n_hidden):
-        z = load(weights, at) * load(inputs, 0)
-        for i in range(1, n_inputs):
-            z = fma(load(weights, at + i), load(inputs, i), z)
+        z = weighted_sum(weights, at, inputs, n_inputs)
         active = fma(HALF, float_of(load(memory, context + neuron)), HALF * logistic(z))
         store(memory, context + neuron, bits_of(active))
         outputs = add_products(outputs, weights, at + n_inputs + first, active)

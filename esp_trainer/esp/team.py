@@ -19,7 +19,7 @@ from esp_trainer.types import ROLES, EvolvedTeams, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import EnvConfig, Sight
 from predprey_env.jit.compilation import entry_point
-from predprey_env.policies.protocol import MEMORY, Memories, choose
+from predprey_env.policies.protocol import Memories, choose, memory_rows
 from predprey_env.settings import plain
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
@@ -54,7 +54,7 @@ class Team:
     _memories: Memories = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_memories", Memories(self.role == "prey", max(MEMORY, self.controller.n_memory)))
+        object.__setattr__(self, "_memories", Memories(self.role == "prey", memory_rows(self.networks())))
         object.__setattr__(self, "provenance", self.provenance or {})  # None counts as no provenance
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
             raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")

@@ -1,7 +1,7 @@
 """Kinds of network that a controller is made of: a compiled rule and a number of genes each."""
 
-from esp_trainer.networks.activations import logistic
+from esp_trainer.networks.activations import logistic, weighted_sum
 from esp_trainer.networks.protocol import Network, respond
 from esp_trainer.networks.registry import NETWORKS, network_class
 
-__all__ = ["NETWORKS", "Network", "logistic", "network_class", "respond"]
+__all__ = ["NETWORKS", "Network", "logistic", "network_class", "respond", "weighted_sum"]

@@ -1,4 +1,4 @@
-"""The logistic and the exponential function in 32-bit floats, the same on every processor."""
+"""What networks compute with: a weighted sum, the logistic and the exponential function in 32-bit floats."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import ROUNDER, fma, power_of_two
-from predprey_env.jit.lanes import where
-from predprey_env.jit.values import Value
+from predprey_env.jit.lanes import load, where
+from predprey_env.jit.values import FloatRows, Value
 
 ONE = np.float32(1)
 LOG2_E = np.float32(1.4426950408889634)
@@ -15,6 +15,15 @@ BOUND = np.float32(44.0)
 # Minimax coefficients of 2**f on [-1/2, 1/2] (Remez); relative error below 2e-7.
 _C1, _C2, _C3 = np.float32(0.693146944), np.float32(0.240221202), np.float32(0.055507131)
 _C4, _C5 = np.float32(0.009675541), np.float32(0.001327647)
+
+
+@rule
+def weighted_sum(weights: FloatRows, at: int, inputs: FloatRows, n_inputs: int) -> Value:
+    """Return the sum of at least two inputs, times the weights from row ``at`` on."""
+    z = fma(load(weights, at + 1), load(inputs, 1), load(weights, at) * load(inputs, 0))
+    for i in range(2, n_inputs):
+        z = fma(load(weights, at + i), load(inputs, i), z)
+    return z
 
 
 @rule

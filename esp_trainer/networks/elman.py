@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from esp_trainer.networks.activations import logistic
+from esp_trainer.networks.activations import logistic, weighted_sum
 from esp_trainer.networks.protocol import respond
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import add_products, bits_of, float_of, fma, zeros
@@ -54,9 +54,7 @@ def elman(
     """Return the outputs of a network; see :data:`esp_trainer.networks.protocol.respond`."""
     outputs, n_hidden = zeros(weights, network.blank), network.n_hidden
     for neuron in range(n_hidden):
-        z = fma(load(weights, at + 1), load(inputs, 1), load(weights, at) * load(inputs, 0))
-        for i in range(2, n_inputs):
-            z = fma(load(weights, at + i), load(inputs, i), z)
+        z = weighted_sum(weights, at, inputs, n_inputs)
         for other in range(n_hidden):
             z = fma(load(weights, at + n_inputs + other), float_of(load(memory, context + other)), z)
         active = logistic(z)

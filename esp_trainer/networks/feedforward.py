@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from esp_trainer.networks.activations import logistic
+from esp_trainer.networks.activations import logistic, weighted_sum
 from esp_trainer.networks.protocol import respond
 from predprey_env.jit.compilation import rule
-from predprey_env.jit.floats import add_products, fma, zeros
-from predprey_env.jit.lanes import load
+from predprey_env.jit.floats import add_products, zeros
 from predprey_env.jit.values import FloatRows, IntegerRows, Values
 
 
@@ -47,10 +46,8 @@ def feed_forward(
     """Return the outputs of a network; see :data:`esp_trainer.networks.protocol.respond`."""
     outputs = zeros(weights, network.blank)
     for _ in range(network.n_hidden):
-        z = fma(load(weights, at + 1), load(inputs, 1), load(weights, at) * load(inputs, 0))
-        for i in range(2, n_inputs):
-            z = fma(load(weights, at + i), load(inputs, i), z)
-        outputs = add_products(outputs, weights, at + n_inputs + first, logistic(z))
+        active = logistic(weighted_sum(weights, at, inputs, n_inputs))
+        outputs = add_products(outputs, weights, at + n_inputs + first, active)
         at += network.n_genes
     return outputs
 

@@ -43,22 +43,7 @@ class Network(Protocol):
 
 
 class _Respond(Generic):
-    """Generic function that returns the outputs of one network, a tuple of values, before their activation.
-
-    It calls the rule that is registered for exactly the network's class: ``respond(network, weights, at, inputs,
-    n_inputs, first, memory, context)``, in Python as in compiled code.
-
-    Args:
-        network: The network, a :class:`Network`.
-        weights: Genes: rows of float32.
-        at: Index of the first gene of the first hidden neuron; the next begins ``network.n_genes`` rows later.
-        inputs: What the network reads: rows of float32. The last is 1 if there are biases.
-        n_inputs: Number of inputs, with the bias.
-        first: Index of the first output among all that the neurons have weights for; 0 except for central controllers.
-        memory: Memory of the agent: rows of int32, all 0 when an episode starts. Floats are stored as their bits
-            (:func:`predprey_env.jit.floats.bits_of`).
-        context: Index of the first of the network's ``network.n_memory`` rows.
-    """
+    """The class of :data:`respond`."""
 
     def __call__(
         self,
@@ -75,13 +60,21 @@ class _Respond(Generic):
 
 
 respond = _Respond("respond", "network")
-"""Outputs of one network, a tuple of values, before their activation, by the rule that is registered for the network's
-class: ``respond.register(Class)`` above ``@rule``.
+"""Function that returns the outputs of one network, a tuple of values, before their activation.
 
-The rule is called with ``(network, weights, at, inputs, n_inputs, first, memory, context)``: the genes, rows of
-float32, and the index of the first; the inputs, the last of which is 1 if there are biases, and their number; the index
-of the first output among those that the neurons have weights for; the agent's memory, rows of int32, and the index of
-the network's first.
+It calls the rule that is registered for exactly the network's class, ``respond.register(Class)`` above ``@rule``, in
+Python as in compiled code.
+
+Args:
+    network: The network, a :class:`Network`.
+    weights: Genes: rows of float32.
+    at: Index of the first gene of the first hidden neuron; the next begins ``network.n_genes`` rows later.
+    inputs: What the network reads: rows of float32. The last is 1 if there are biases.
+    n_inputs: Number of inputs, with the bias; at least 2.
+    first: Index of the first output among all that the neurons have weights for; 0 except for central controllers.
+    memory: Memory of the agent: rows of int32, all 0 when an episode starts. Floats are stored as their bits
+        (:func:`predprey_env.jit.bits_of`).
+    context: Index of the first of the network's ``network.n_memory`` rows.
 """
 
 

@@ -24,7 +24,7 @@ from esp_trainer.types import ROLES, Role
 from predprey_env.config import MOVES, EnvConfig
 from predprey_env.engine import play_step
 from predprey_env.policies import ScriptedTeam
-from predprey_env.policies.protocol import first_memory
+from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.rules.dynamics import is_over
 from predprey_env.rules.observation import sight_rows
 
@@ -47,8 +47,7 @@ def rules_in_javascript(floats: str, networks: Iterable[type] = (FeedForward,)) 
     Raises:
         ValueError: The rule of a network is outside the subset of Python that can be translated.
     """
-    classes = Entrants, *(tuple(networks) or (FeedForward,))
-    rules = translate(*_PLAYED, *_SEEN, classes=classes, exact=behaviours.__name__)
+    rules = translate(*_PLAYED, *_SEEN, classes=(Entrants, *networks), exact=behaviours.__name__)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 
@@ -62,6 +61,7 @@ def world(env: EnvConfig) -> dict[str, Any]:
     """Return a world in the form that the page's ``Game`` and detectors read."""
     return {
         "env": env.model_dump(),
+        "memory": MEMORY,
         "rules": env.rules._asdict() | {"sight": env.sight._asdict()},
         "moves": MOVES,
         "thresholds": Thresholds()._asdict(),

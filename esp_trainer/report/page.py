@@ -108,15 +108,23 @@ def _asset(name: str) -> str:
 
 
 def _rules(sources: Sequence[RunSource]) -> tuple[str, list[str]]:
-    """Return the rules as JavaScript, and a note if a network of the runs cannot be played in it."""
-    networks, notes = matches.network_kinds(source.history for source in sources if source.history), []
-    for kind in networks:
-        try:
-            matches.rules_in_javascript("", [kind])
-        except (ValueError, OSError) as error:  # of a class whose source cannot be read
-            why = f"the rule of {kind.__name__} has no translation to JavaScript ({error})"
-            notes.append(f"No match can be played here: {why}.")
-    return matches.rules_in_javascript(_asset("floats.js"), () if notes else networks), notes
+    """Return the rules as JavaScript, and a note for each network of the runs that cannot be played in it."""
+    floats = _asset("floats.js")
+    networks = matches.network_kinds(source.history for source in sources if source.history)
+    try:
+        return matches.rules_in_javascript(floats, networks), []
+    except (ValueError, OSError):
+        return matches.rules_in_javascript(floats), list(filter(None, map(_untranslated, networks)))
+
+
+def _untranslated(network: type) -> str:
+    """Return a note if the rule of a network has no translation to JavaScript, else an empty text."""
+    try:
+        matches.rules_in_javascript("", [network])
+    except (ValueError, OSError) as error:  # of a class whose source cannot be read
+        why = f"the rule of {network.__name__} has no translation to JavaScript ({error})"
+        return f"No match can be played here: {why}."
+    return ""
 
 
 def _script(name: str) -> str:

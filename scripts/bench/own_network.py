@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from esp_trainer.networks import logistic, respond
+from esp_trainer.networks.feedforward import FeedForward
 from predprey_env.jit import add_products, fma, load, rule, zeros
 
 
-class Own(NamedTuple):
-    """A feed-forward network."""
-
-    n_hidden: int
-    n_genes: int
-    n_memory: int
-    blank: tuple[np.float32, ...]
-
-    @staticmethod
-    def genes(n_inputs: int, n_outputs: int, n_hidden: int) -> int:  # noqa: ARG004
-        """Return the number of genes of a hidden neuron."""
-        return n_inputs + n_outputs
-
-    @staticmethod
-    def memory(n_hidden: int) -> int:  # noqa: ARG004
-        """Return 0."""
-        return 0
+class Own(FeedForward):
+    """A network with the genes of the paper's, and a rule of its own."""
 
 
 @rule

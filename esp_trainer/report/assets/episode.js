@@ -1,7 +1,5 @@
 // An episode, played step by step by the translated rules. A person may steer one agent.
 
-const LEAST_MEMORY = 4; // rows of memory of an agent, as in predprey_env/policies/protocol.py
-
 class Episode {
   // game: the Game. start: [[x, y], ...] with the predators first. steered: the agent whose actions step() is told, or -1.
   constructor(game, predators, prey, start, steered = -1) {
@@ -9,7 +7,7 @@ class Episode {
     this.rules = rules;
     this.entrants = [predators, prey].map(entrant);
     this.seen = new Float32Array(sight_rows(rules));
-    const n_memory = Math.max(LEAST_MEMORY, predators.controller.n_memory ?? 0, prey.controller.n_memory ?? 0);
+    const n_memory = Math.max(game.memory, predators.controller.n_memory ?? 0, prey.controller.n_memory ?? 0);
     this.block = begun(game, start, n_memory);
     if (steered >= 0) this.block.actions = this.#steeredActions(agents, steered);
     this.match = { start, cells: [start.map((cell) => [...cell])], actions: [], memories: [], n_memory, length: 0, predators, prey, steered };

@@ -5,8 +5,9 @@ const IDLE = 4;
 // Plays matches between teams, which are objects that Side.team() returns.
 class Game {
   // rules: the world in the form that compiled code reads.
-  constructor({ rules }) {
+  constructor({ rules, memory }) {
     this.rules = rules;
+    this.memory = memory; // least number of rows of memory of an agent
     this.agents = rules.n_predators + rules.n_prey;
   }
 

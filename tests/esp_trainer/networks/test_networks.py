@@ -18,6 +18,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.exact.chances import ask_in
 from esp_trainer.files import DamagedFileError
 from esp_trainer.networks import network_class, respond
+from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import preset
 from esp_trainer.types import PolicyError
 from predprey_env import EnvConfig
@@ -115,21 +116,8 @@ def test_what_remembers_has_no_exploitability() -> None:
 # -- networks of one's own -----------------------------------------------------------------------------------------
 
 
-class Linear(NamedTuple):
+class Linear(FeedForward):
     """A network whose hidden neurons do no more than add."""
-
-    n_hidden: int
-    n_genes: int
-    n_memory: int
-    blank: tuple[np.float32, ...]
-
-    @staticmethod
-    def genes(n_inputs: int, n_outputs: int, n_hidden: int) -> int:
-        return n_inputs + n_outputs
-
-    @staticmethod
-    def memory(n_hidden: int) -> int:
-        return 0
 
 
 @rule
@@ -190,19 +178,10 @@ class ShortRule(NamedTuple):
 respond.register(ShortRule, rule(lambda network, weights: weights))
 
 
-class HalfGenes(NamedTuple):
-    n_hidden: int
-    n_genes: int
-    n_memory: int
-    blank: tuple[np.float32, ...]
-
+class HalfGenes(FeedForward):
     @staticmethod
     def genes(n_inputs: int, n_outputs: int, n_hidden: int) -> float:
         return 1.5
-
-    @staticmethod
-    def memory(n_hidden: int) -> int:
-        return 0
 
 
 respond.register(HalfGenes, _linear)
