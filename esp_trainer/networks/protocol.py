@@ -66,15 +66,16 @@ It calls the rule that is registered for exactly the network's class, ``respond.
 Python as in compiled code.
 
 Args:
-    network: The network, a :class:`Network`.
-    weights: Genes: rows of float32.
-    at: Index of the first gene of the first hidden neuron; the next begins ``network.n_genes`` rows later.
-    inputs: What the network reads: rows of float32. The last is 1 if there are biases.
-    n_inputs: Number of inputs, with the bias; at least 2.
-    first: Index of the first output among all that the neurons have weights for; 0 except for central controllers.
-    memory: Memory of the agent: rows of int32, all 0 when an episode starts. Floats are stored as their bits
+    network (Network): The network.
+    weights (rows of float32): Genes.
+    at (int): Index of the first gene of the first hidden neuron; the next begins ``network.n_genes`` rows later.
+    inputs (rows of float32): What the network reads. The last is 1 if there are biases.
+    n_inputs (int): Number of inputs, with the bias; at least 2.
+    first (int): Index of the first output among all that the neurons have weights for; 0 except for central
+        controllers.
+    memory (rows of int32): Memory of the agent, all 0 when an episode starts. Floats are stored as their bits
         (:func:`predprey_env.jit.bits_of`).
-    context: Index of the first of the network's ``network.n_memory`` rows.
+    context (int): Index of the first of the network's ``network.n_memory`` rows.
 """
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
 from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.pool import Work
+from predprey_env import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,7 +53,8 @@ def test_what_is_wrong_with_a_batch_is_said_as_on_one_machine(random_batch: Call
 
 def test_a_node_with_another_version_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "_versions", lambda: {"predprey-esp": "9.9.9", "numpy": np.__version__})
-    with pytest.raises(ValueError, match=r"^node .* has predprey-esp 0\.1\.0, .*; the driver has predprey-esp 9\.9\.9"):
+    versions = rf"^node .* has predprey-esp {re.escape(__version__)}, .*; the driver has predprey-esp 9\.9\.9"
+    with pytest.raises(ValueError, match=versions):
         cluster.gather([cluster.submit(abs, -1)])
 
 
