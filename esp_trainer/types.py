@@ -8,8 +8,9 @@ from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from esp_trainer.networks.controller import Controller
-from predprey_env.config import PLAIN_SIGHT, TEAMS, EnvConfig, Sight, TeamName
+from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
+from predprey_env.sight import PLAIN_SIGHT, AnySight
 
 
 class PolicyError(ValueError):
@@ -104,7 +105,7 @@ class ScriptedTeams:
     script: str
 
     indices: ClassVar[None] = None
-    sight: ClassVar[Sight] = PLAIN_SIGHT
+    sight: ClassVar[AnySight] = PLAIN_SIGHT
 
     @property
     def identity(self) -> bytes:

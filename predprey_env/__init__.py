@@ -24,7 +24,7 @@ The specification is the docstring of :mod:`predprey_env.predprey_v0`.
 import gymnasium
 import pettingzoo
 
-from predprey_env.config import EnvConfig, Sight
+from predprey_env.config import EnvConfig
 from predprey_env.envs.both import ParallelVectorEnv, parallel_vector_env
 from predprey_env.envs.joint import JointTeam, joint_env
 from predprey_env.envs.parallel import PredPreyEnv
@@ -32,11 +32,15 @@ from predprey_env.envs.team import TeamView, team_view
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
 from predprey_env.policies import SCRIPTS, OpponentPool, Policy, ScriptedTeam, choose, memory_rows, sees_team, sight_of
 from predprey_env.predprey_v0 import env, parallel_env, raw_env
+from predprey_env.rules.observation import move_of, observe, offset_to
+from predprey_env.rules.torus import manhattan
+from predprey_env.sight import AnySight, Sight
 from predprey_env.tasks import DEFAULT_OPPONENTS, TASKS
 
 __all__ = [
     "SCRIPTS",
     "TASKS",
+    "AnySight",
     "EnvConfig",
     "JointTeam",
     "OpponentPool",
@@ -50,7 +54,11 @@ __all__ = [
     "choose",
     "env",
     "joint_env",
+    "manhattan",
     "memory_rows",
+    "move_of",
+    "observe",
+    "offset_to",
     "parallel_env",
     "parallel_vector_env",
     "raw_env",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, TypeAlias, TypedDict
+from typing import Any, Literal, NamedTuple, TypeAlias, TypedDict
 
 from pydantic import Field, model_validator
 
 from predprey_env.settings import Settings
+from predprey_env.sight import Sight, check_sight, sight_class
 
 MOVES = ("east", "west", "north", "south", "idle")
 """Actions in index order. Predators have all five, prey the first four (section V)."""
@@ -21,35 +22,13 @@ SHAPES = frozenset({"n_predators", "n_prey", "predator_idle"})
 """Fields of :class:`EnvConfig` that decide which teams fit the world."""
 PAYOFF = frozenset({"closeness", "credit", "prey_fitness", "reward"})
 """Fields of :class:`EnvConfig` that define the payoff."""
-SIGHT = frozenset({"see_teammates", "see_moves", "see_identity", "see_nearest_first", "see_scaled", "mask_actions"})
-"""Fields of :class:`EnvConfig` that decide what agents observe and are told. Fields that are in none of the three sets
-change how episodes go."""
-
-
-class Sight(NamedTuple):
-    """What the agents of a team observe, in the form that compiled code reads; by default what the paper's observe.
-
-    The fields are those of :class:`EnvConfig` that begin with ``see_``.
-    """
-
-    teammates: bool = False
-    moves: bool = False
-    identity: bool = False
-    nearest_first: bool = False
-    scaled: bool = False
-
-    def n_others(self, n_agents: int, n_opponents: int) -> int:
-        """Return how many other agents an agent of a team of ``n_agents`` sees."""
-        return n_opponents + (n_agents - 1 if self.teammates else 0)
-
-    def n_seen(self, n_agents: int, n_opponents: int) -> int:
-        """Return the length of an observation of an agent of a team of ``n_agents``."""
-        per_agent = 4 if self.moves else 2
-        return per_agent * self.n_others(n_agents, n_opponents) + (n_agents if self.identity else 0)
-
-
-PLAIN_SIGHT = Sight()
-"""The paper's: offsets to the opponents, in cells."""
+SIGHT_OPTIONS = frozenset(
+    {"see_teammates", "see_moves", "see_identity", "see_nearest_first", "see_scaled", "mask_actions"}
+)
+"""Fields of :class:`EnvConfig` that add to what agents observe and are told: all of them are booleans."""
+SIGHT = SIGHT_OPTIONS | {"observation"}
+"""Fields of :class:`EnvConfig` that decide what agents observe and are told. Fields that are in none of :data:`SHAPES`,
+:data:`PAYOFF` and :data:`SIGHT` change how episodes go."""
 
 
 class TeamShape(NamedTuple):
@@ -75,8 +54,9 @@ class Rules(NamedTuple):
     closeness: int
     individual_credit: bool
     complementary: bool
-    sight: Sight
-    """What agents observe that are played from outside; a compiled player has a sight of its own."""
+    sight: Any
+    """What agents observe that are played from outside, a :class:`~predprey_env.sight.AnySight`; a compiled player has
+    a sight of its own."""
 
 
 class EnvParameters(TypedDict, total=False):
@@ -95,6 +75,7 @@ class EnvParameters(TypedDict, total=False):
     credit: Literal["team", "individual"]
     prey_fitness: Literal["lifespan", "complementary"]
     reward: Literal["terminal", "dense"]
+    observation: str
     see_teammates: bool
     see_moves: bool
     see_identity: bool
@@ -149,6 +130,10 @@ class EnvConfig(Settings):
     reward: Literal["terminal", "dense"] = "terminal"
     """Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now."""
 
+    observation: str = "offsets"
+    """What agents observe: `offsets`, as in the paper, with the options `see_*`; or an observation of your own, as
+    `module:Class`."""
+
     see_teammates: bool = False
     """Show each agent the offsets to its team-mates."""
 
@@ -177,6 +162,17 @@ class EnvConfig(Settings):
             raise ValueError(f"{self.n_predators} predators need twice as many cells, got size={self.size}")
         return self
 
+    @model_validator(mode="after")
+    def _observes(self) -> EnvConfig:
+        if self.observation == "offsets":
+            return self
+        given = [f"see_{name}" for name in Sight._fields if getattr(self, f"see_{name}")]
+        if given:
+            raise ValueError(f"{', '.join(given)}: options of observation=offsets, got observation={self.observation}")
+        for n_agents, n_opponents in ((self.n_predators, self.n_prey), (self.n_prey, self.n_predators)):
+            check_sight(self.observation, n_agents, n_opponents, self.size)
+        return self
+
     @property
     def n_agents(self) -> int:
         """Number of predators and prey together; predators come first in every array."""
@@ -203,9 +199,11 @@ class EnvConfig(Settings):
         return TeamShape(n_agents, n_opponents, n_actions, self.sight.n_seen(n_agents, n_opponents))
 
     @property
-    def sight(self) -> Sight:
-        """Return what agents observe, as plain numbers for compiled code."""
-        return Sight(*(getattr(self, f"see_{name}") for name in Sight._fields))
+    def sight(self) -> Any:
+        """What agents observe, in the form that compiled code reads: a :class:`~predprey_env.sight.AnySight`."""
+        if self.observation == "offsets":
+            return Sight(*(getattr(self, f"see_{name}") for name in Sight._fields))
+        return sight_class(self.observation)()
 
     @property
     def changes(self) -> str:

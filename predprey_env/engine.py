@@ -13,14 +13,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from predprey_env.config import IDLE, EnvConfig, Rules, Sight, TeamName
+from predprey_env.config import IDLE, EnvConfig, Rules, TeamName
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import lane_zeros, load, store
 from predprey_env.jit.values import Array, FloatRows, IntegerRows
 from predprey_env.policies.protocol import MEMORY, Player, choose, first_memory, sees_team, sight_of
 from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, remember_moves, take_turn
 from predprey_env.rules.fitness import fitness
-from predprey_env.rules.observation import observe, sight_rows
+from predprey_env.rules.observation import observe
+from predprey_env.sight import PLAIN_SIGHT, AnySight
 
 
 class TeamRows(NamedTuple):
@@ -65,9 +66,15 @@ def make_block(rules: Rules, *shape: int, n_memory: int = MEMORY) -> Block:
     return Block(World(x, y, alive), clock, survived, actions, moved, memory)
 
 
-def make_seen(rules: Rules) -> np.ndarray:
+def seen_rows(rules: Rules, *sights: AnySight) -> int:
+    """Return the number of rows that hold the observations of a whole team, with any of some sights or the paper's."""
+    teams = (rules.n_predators, rules.n_prey), (rules.n_prey, rules.n_predators)
+    return max(n_own * sight.n_seen(n_own, others) for sight in (PLAIN_SIGHT, *sights) for n_own, others in teams)
+
+
+def make_seen(rules: Rules, *sights: AnySight) -> np.ndarray:
     """Return scratch for the observations of a whole team, float32 ``(rows, LANES)``."""
-    return lane_zeros(np.float32, sight_rows(rules))
+    return lane_zeros(np.float32, seen_rows(rules, *sights))
 
 
 def make_world(rules: Rules) -> World:
@@ -108,11 +115,11 @@ def reset_memory(block: Block, lane: int, seed: int) -> None:
 
 
 @rule
-def observe_team(block: Block, first: int, n_agents: int, rules: Rules, sight: Sight, seen: FloatRows) -> None:
+def observe_team(block: Block, first: int, n_agents: int, rules: Rules, sight: AnySight, seen: FloatRows) -> None:
     """Write the observations of a team, whose rows begin at ``first``, to ``seen``, one after the other."""
     row = 0
     for agent in range(n_agents):
-        row = observe(block.world, block.moved, first + agent, rules, sight, seen, row)
+        row = observe(sight, block.world, block.moved, first + agent, rules, seen, row)
 
 
 @rule
@@ -124,7 +131,7 @@ def choose_actions(block: Block, first: int, n_agents: int, player: Player, rule
         observe_team(block, first, n_agents, rules, sight, seen)
     for agent in range(n_agents):
         if not together:
-            observe(block.world, block.moved, first + agent, rules, sight, seen, 0)
+            observe(sight, block.world, block.moved, first + agent, rules, seen, 0)
         action = choose(player, agent, seen, block.memory, (first + agent) * n_memory)
         store(block.actions, first + agent, action)
 

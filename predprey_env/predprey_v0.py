@@ -47,6 +47,8 @@ Opponents are in order of their index, or with `see_nearest_first` of their dist
 by `size / 2`. In turns, predators see the move that the prey have just made. Scripts and evolved teams see in every world
 what they were made for, so any of them can be the opponent of agents that see more or less.
 
+`observation="module:Class"` replaces all of this by an observation of your own (:mod:`predprey_env.sight`).
+
 ### Action space
 
 | Action | Move                  |

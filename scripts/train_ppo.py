@@ -31,7 +31,7 @@ except ImportError as error:
 
 from esp_trainer import Team, load_team
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
 from predprey_env import EnvConfig, vector_env
@@ -108,7 +108,7 @@ class Policy(nn.Module):
         for genome, know in zip(genomes[:, 0], self.know.detach().numpy(), strict=True):
             genome[:-1] = np.concatenate([2 * see, 2 * know[:, None], 2 * out.T], axis=1)
             genome[-1, see.shape[1] :] = np.concatenate([[ALWAYS_ON], offset - out.sum(axis=1)])
-        controller = make_controller(side, offset_wiring(side, n_opponents), n_actions)
+        controller = make_controller(side, wiring_for(side, n_opponents), n_actions)
         origin = {"preset": "ppo", "env": env.model_dump(), **provenance}
         return Team(role, side, controller, genomes, origin, controller.n_seen)
 

@@ -16,7 +16,6 @@ ROOT = Path(__file__).parent.parent
 
 # A module may import what stands before it, and its own layer.
 LAYERS = [
-    ["plugins"],
     ["networks"],
     ["types"],
     ["config", "cores", "seeding", "statistics", "files", "tasks"],
@@ -36,15 +35,17 @@ RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
 SEES_THE_WORLD = {"evaluation", "analysis", "exact", "benchmark", "report", "cli"}
-NOT_THE_WORLD = {"config", "extras", "settings", "agents", "jit", "policies", "tasks"}
+NOT_THE_WORLD = {"config", "extras", "settings", "agents", "jit", "plugins", "policies", "sight", "tasks"}
 
 # Likewise for the environment: each room may import those before it.
 ROOMS = [
     "settings",
     "extras",
+    "plugins",
+    "jit",
+    "sight",
     "config",
     "agents",
-    "jit",
     "rules",
     "policies",
     "tasks",

@@ -75,6 +75,14 @@ def test_a_network_of_ones_own_evolves(tmp_path: Path) -> None:
     assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
 
 
+@pytest.mark.slow
+def test_predators_with_an_observation_of_ones_own_evolve(tmp_path: Path) -> None:
+    told = printed("own_sight.py", tmp_path)
+    assert "predator_0 observes [-1.  9.  1.]" in told
+    assert re.findall(r"^(\w+): the champions", told, re.MULTILINE) == ["near", "everywhere"]
+    assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
+
+
 def test_a_race_is_measured_by_cross_play(tmp_path: Path) -> None:
     told = printed("coevolve.py", tmp_path)
     rows = re.findall(r"^ +\d+ \|(.*)$", told, re.MULTILINE)

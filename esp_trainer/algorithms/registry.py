@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, cast
 
 from esp_trainer.algorithm import Algorithm
-from esp_trainer.plugins import find_class
+from predprey_env.plugins import find_class
 
 ALGORITHMS = {
     "esp": "esp_trainer.esp.subpopulations:Subpopulations",

@@ -16,6 +16,7 @@ from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.run.checkpoint import difference
 from esp_trainer.types import ROLES, Role
+from predprey_env.sight import options_of
 
 
 def league_of_runs(paths: Sequence[Path], config: RunConfig, n_champions: int = 6) -> League:
@@ -53,7 +54,7 @@ def _check_fits(path: Path, history: History, config: RunConfig) -> None:
     def needed(of: RunConfig) -> dict[str, Any]:
         bred = {"algorithm", "algorithm_options"}  # of no matter to who plays
         sides: dict[str, Any] = {role: side_config(of, role).model_dump(exclude=bred) for role in history.champions}
-        return {"env": world_of(of.env), "sight": of.env.sight._asdict(), **sides}
+        return {"env": world_of(of.env), "sight": options_of(of.env.sight), **sides}
 
     different = difference(needed(history.config), needed(config))
     if different:

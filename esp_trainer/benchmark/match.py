@@ -17,6 +17,7 @@ from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.policies import Policy
 from predprey_env.policies.opponents import sight_in
 from predprey_env.policies.outside import OutsideTeam
+from predprey_env.sight import options_of
 
 Challenger: TypeAlias = Contestant | Policy
 
@@ -72,8 +73,7 @@ class Arena:
 
     def _play_outside(self, candidate: Policy, role: Role, opponent: Policy) -> Meeting:
         n = len(self.starts)
-        seen = {f"see_{name}": value for name, value in sight_in(candidate, self.env)._asdict().items()}
-        env = self.env.replace(reward="terminal", **seen)
+        env = self.env.replace(reward="terminal", **options_of(sight_in(candidate, self.env)))
         try:
             worlds = PredPreyVectorEnv(env, n, role, opponent, AutoresetMode.SAME_STEP)
             views, _ = worlds.reset(seed=self.seed, options={"starts": self.starts[:, 0]})

@@ -26,11 +26,11 @@ from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
 from esp_trainer.benchmark.match import Challenger
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError, digest_of
-from esp_trainer.plugins import import_here
 from esp_trainer.teams.zoo import known_teams, load_team, unknown
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.agents import other_team
 from predprey_env.config import PAYOFF, SHAPES, SIGHT, EnvConfig, TeamShape
+from predprey_env.plugins import import_here
 from predprey_env.policies import SCRIPTS
 from predprey_env.policies.opponents import as_policy
 

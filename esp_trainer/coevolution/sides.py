@@ -13,7 +13,7 @@ from esp_trainer.algorithms.registry import algorithm_class
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.networks.controller import Controller
 from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, Fixed, Role, ScriptedTeams
@@ -42,7 +42,7 @@ def side_config(config: RunConfig, role: Role) -> SideConfig:
 def side_controller(config: RunConfig, role: Role) -> Controller:
     """Return the controller of one side's agents."""
     settings, shape, sight = side_config(config, role), config.env.team(role), config.env.sight
-    wiring = offset_wiring(settings, shape.n_opponents, shape.n_agents, sight)
+    wiring = wiring_for(settings, shape.n_opponents, shape.n_agents, sight)
     return make_controller(settings, wiring, shape.n_actions, shape.n_agents, sight)
 
 

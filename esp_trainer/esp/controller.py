@@ -9,11 +9,11 @@ import numpy as np
 from esp_trainer.config import SideConfig
 from esp_trainer.networks.controller import Controller
 from esp_trainer.networks.registry import make_network
-from predprey_env.config import PLAIN_SIGHT, Sight
+from predprey_env.sight import PLAIN_SIGHT, AnySight
 
 
 def make_controller(
-    side: SideConfig, wiring: np.ndarray, n_actions: int, n_agents: int = 1, sight: Sight = PLAIN_SIGHT
+    side: SideConfig, wiring: np.ndarray, n_actions: int, n_agents: int = 1, sight: AnySight = PLAIN_SIGHT
 ) -> Controller:
     """Return the controller of each agent of a side, or of all its agents if it is central.
 
@@ -45,38 +45,38 @@ def make_controller(
     return controller._replace(network=controller.network._replace(n_genes=max(controller.used_genes)))
 
 
-def offset_wiring(side: SideConfig, n_opponents: int, n_agents: int = 1, sight: Sight = PLAIN_SIGHT) -> np.ndarray:
-    """Return the wiring for observations that hold an (x, y) offset, and perhaps a last move, of each agent seen.
+def wiring_for(side: SideConfig, n_opponents: int, n_agents: int = 1, sight: AnySight = PLAIN_SIGHT) -> np.ndarray:
+    """Return the entries of an observation that each network reads, int ``(n_networks, n_inputs)``.
 
-    A team-mate that is seen counts as an opponent does: a split controller has a network for each. Only a central
-    controller reads indices of agents, since all others have networks for each agent; it reads the observations of all
-    ``n_agents``, one after the other.
+    A split controller has a network for each group of entries of the sight. With the paper's observation a group is
+    about one other agent, so that a team-mate that is seen counts as an opponent does. Only a central controller reads
+    entries that are in no group, such as indices of agents, since all others have networks for each agent; it reads the
+    observations of all ``n_agents``, one after the other.
     """
     if side.controller == "central":
         return np.arange(n_agents * sight.n_seen(n_agents, n_opponents)).reshape(1, -1)
-    n_others = sight.n_others(n_agents, n_opponents)
-    first = (0, 2 * n_others) if sight.moves else (0,)
-    groups = TOPOLOGIES[side.controller](n_others)
-    return np.array([[at + 2 * other + axis for at in first for other in group for axis in (0, 1)] for group in groups])
+    entries = sight.groups(n_agents, n_opponents)
+    groups = TOPOLOGIES[side.controller](len(entries))
+    return np.array([sorted(entry for each in group for entry in entries[each]) for group in groups])
 
 
-def _each(n_others: int) -> list[tuple[int, ...]]:
-    return [(other,) for other in range(n_others)]
+def _each(n_groups: int) -> list[tuple[int, ...]]:
+    return [(group,) for group in range(n_groups)]
 
 
-def _all(n_others: int) -> list[tuple[int, ...]]:
-    return [tuple(range(n_others))]
+def _all(n_groups: int) -> list[tuple[int, ...]]:
+    return [tuple(range(n_groups))]
 
 
-def _pairs(n_others: int) -> list[tuple[int, ...]]:
-    return list(combinations(range(n_others), min(2, n_others)))
+def _pairs(n_groups: int) -> list[tuple[int, ...]]:
+    return list(combinations(range(n_groups), min(2, n_groups)))
 
 
 TOPOLOGIES = {
     "split": _each,
     "combiner": _each,
-    "double": lambda n_others: 2 * _each(n_others),
+    "double": lambda n_groups: 2 * _each(n_groups),
     "pairs": _pairs,
     "monolithic": _all,
 }
-"""Name of a controller -> function from the number of other agents seen to those that each of its networks sees."""
+"""Name of a controller -> function from the number of groups of entries to those that each of its networks reads."""

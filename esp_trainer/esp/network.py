@@ -9,12 +9,12 @@ import numpy as np
 from esp_trainer.networks.activations import exponential, logistic
 from esp_trainer.networks.controller import Controller
 from esp_trainer.networks.protocol import respond
-from predprey_env.config import Sight
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store, where
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import next_state, unit_float
 from predprey_env.policies.protocol import choose, memory_rows, sees_team, sight_of
+from predprey_env.sight import AnySight
 
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
@@ -172,7 +172,7 @@ def reads_team(networks: Networks) -> bool:
 
 
 @rule
-def networks_sight(networks: Networks) -> Sight:
+def networks_sight(networks: Networks) -> AnySight:
     """Return what the agents observe; see :func:`predprey_env.policies.protocol.sight_of`."""
     return networks.controller.sight
 

@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.network import Networks
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import ROLES, EvolvedTeams, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
-from predprey_env.config import EnvConfig, Sight
+from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies.protocol import Memories, choose, memory_rows
 from predprey_env.settings import plain
+from predprey_env.sight import AnySight, Sight, name_of, sight_class
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
 """Provenance of a team that names its world, as errors and notes advise it."""
@@ -85,17 +86,19 @@ class Team:
         return (self.role,)
 
     @property
-    def sight(self) -> Sight:
+    def sight(self) -> AnySight:
         """Return what the agents observe, in whatever world they play; see :class:`predprey_env.policies.Policy`."""
         return self.controller.sight
 
     @property
     def n_opponents(self) -> int:
-        """Number of opponents that the team evolved against."""
-        sight, seen = self.sight, self.controller.n_seen
-        if self.controller.n_together > 1 and sight.identity:  # only central controllers read the identities
-            seen -= self.n_agents
-        return seen // (4 if sight.moves else 2) - (self.n_agents - 1 if sight.teammates else 0)
+        """Least number of opponents at which the agents observe all entries that the networks read."""
+        last = self.controller.wiring.max()
+        return next((n for n in range(1, int(last) + 1) if self._last_entry(n) >= last), 1)
+
+    def _last_entry(self, n_opponents: int) -> int:
+        """Return the last entry of an observation that the networks of such a team read with so many opponents."""
+        return int(wiring_for(self.side, n_opponents, self.n_agents, self.sight).max())
 
     def policy(self, role: Role, env: EnvConfig) -> Team:
         """Return the team itself, which is a policy; raise :class:`ValueError` if it does not fit."""
@@ -142,11 +145,11 @@ class Team:
         if self.role != role:
             raise ValueError(f"expected {role}, got a team of {self.role}")
         n_agents, n_opponents, n_actions, _ = env.team(role)
-        sees = self.n_opponents
         if self.n_agents != n_agents:
             raise ValueError(f"this world has {n_agents} {role}, got a team of {self.n_agents}")
-        if sees != n_opponents:
-            raise ValueError(f"this world has {n_opponents} {other_team(role)}, got {role} evolved against {sees}")
+        if self._last_entry(n_opponents) != self.controller.wiring.max():
+            evolved = f"{role} evolved against {self.n_opponents}"
+            raise ValueError(f"this world has {n_opponents} {other_team(role)}, got {evolved}")
         if self.controller.n_actions != n_actions:
             got = self.controller.n_actions
             raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
@@ -183,7 +186,7 @@ class Team:
             "n_agents": self.n_agents,
             "n_actions": self.controller.n_actions,
         }
-        header |= {"n_seen": self.n_seen, "sight": self.sight._asdict(), "provenance": provenance}
+        header |= {"n_seen": self.n_seen, **_sight_header(self.sight), "provenance": provenance}
         arrays = {"genomes": self.genomes, "wiring": self.controller.wiring}
         write_arrays(Path(path), "team", header, arrays)
 
@@ -194,7 +197,7 @@ class Team:
         header, arrays = read_arrays(path, "team")
         try:
             side = SideConfig.from_dict(header["side"])
-            n_agents, sight = header.get("n_agents", 1), _read_sight(header.get("sight", {}))
+            n_agents, sight = header.get("n_agents", 1), _read_sight(header)
             controller = make_controller(side, arrays["wiring"], header["n_actions"], n_agents, sight)
             if header["role"] not in ROLES:
                 raise ValueError(f"role must be one of {', '.join(ROLES)}, got {header['role']!r}")
@@ -206,8 +209,17 @@ class Team:
             raise DamagedFileError(f"{path} is not a usable team: {error}") from None
 
 
-def _read_sight(options: dict[str, Any]) -> Sight:
-    """Return a sight from a file; files from before there were several have none."""
+def _sight_header(sight: AnySight) -> dict[str, Any]:
+    """Return what a team's file says about its sight: the options of the paper's, or the name of one's own."""
+    return {"sight": sight._asdict()} if isinstance(sight, Sight) else {"observation": name_of(sight)}
+
+
+def _read_sight(header: dict[str, Any]) -> AnySight:
+    """Return the sight of a team's file; files from before there were several say nothing."""
+    if "observation" in header:
+        own: AnySight = sight_class(str(header["observation"]))()
+        return own
+    options = header.get("sight", {})
     if not (isinstance(options, dict) and all(isinstance(value, bool) for value in options.values())):
         raise ValueError(f"sight must hold booleans, got {options}")
     return Sight(**options)

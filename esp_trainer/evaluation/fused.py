@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise, starmap
 from typing import Any
 
 import numpy as np
-from numba.core.errors import NumbaError
 
 from esp_trainer.config import SideConfig
 from esp_trainer.cores import cores
@@ -51,13 +49,10 @@ class FusedEvaluator:
     def compile(self, predators: Controller | None = None, prey: Controller | None = None) -> None:
         """Load the kernel for two controllers, or scripts, from the cache, or compile it, which takes about 15 s.
 
-        Raises :class:`ValueError`, in one line, if the rule of a network of one's own does not compile.
+        Raises :class:`ValueError`, in one line, if the rule of a network or sight of one's own does not compile.
         """
         teams = _no_teams(predators, self.env.n_predators), _no_teams(prey, self.env.n_prey)
-        try:
-            self.evaluate(TrialBatch(*teams, np.zeros(self._shape(0, 1))))
-        except NumbaError as error:
-            raise ValueError(f"a rule does not compile: {_reason(error)}") from None
+        self.evaluate(TrialBatch(*teams, np.zeros(self._shape(0, 1))))
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""
@@ -117,13 +112,6 @@ def _no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
     n_genomes, (n_networks, n_hidden, n_genes) = n_agents // controller.n_together, controller.shape
     genomes = np.zeros((n_genomes, n_networks, n_hidden, 1, n_genes), np.float32)
     return EvolvedTeams(controller, genomes, np.zeros((0, n_genomes, n_networks, n_hidden), np.int64))
-
-
-def _reason(error: NumbaError) -> str:
-    """Return the line of an error of Numba that says what is wrong, the one below the innermost failure."""
-    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", str(error)).splitlines() if line.strip()]
-    after = [line for line, before in zip(lines[1:], lines, strict=False) if "Failed in" in before]
-    return after[-1] if after else lines[0]
 
 
 def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.esp.network import Networks, play, reads_team
 from esp_trainer.networks.controller import Controller
-from predprey_env.config import Rules, Sight
+from predprey_env.config import Rules
 from predprey_env.engine import Block, begin, caught_at, cells, make_block, make_seen, make_world, measure, play_step
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import LANES, any_of, lane_zeros, load, store, where
@@ -22,6 +22,7 @@ from predprey_env.policies.chance import scramble
 from predprey_env.policies.protocol import choose, memory_rows, sees_team, sight_of
 from predprey_env.policies.scripted import Script, follow
 from predprey_env.rules.dynamics import World, is_over
+from predprey_env.sight import AnySight
 
 PARKED = -(1 << 30)
 """Clock of a lane that has no more episodes to play: it never reaches the time limit."""
@@ -80,7 +81,7 @@ def make_memory(rules: Rules, predators: BatchSide, prey: BatchSide) -> Memory:
     return Memory(
         block=make_block(rules, n_memory=max(memory_rows(each.networks) for each in both)),
         one=make_world(rules),
-        seen=make_seen(rules),
+        seen=make_seen(rules, *(each.networks.controller.sight for each in both)),
         predators=both[0],
         prey=both[1],
         ended=lane_zeros(np.int32, 1),
@@ -111,7 +112,7 @@ def entrants_read_team(entrants: Entrants) -> bool:
 
 
 @rule
-def entrants_sight(entrants: Entrants) -> Sight:
+def entrants_sight(entrants: Entrants) -> AnySight:
     """Return what the networks observe; a script's are nobody's, and observe what scripts do."""
     return entrants.networks.controller.sight
 

@@ -19,7 +19,7 @@ from esp_trainer.esp.team import Team
 from esp_trainer.exact.states import n_keys, read_key
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.agents import PREFIXES
-from predprey_env.config import PLAIN_SIGHT, EnvConfig, Rules, Sight
+from predprey_env.config import EnvConfig, Rules
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.opponents import ask, sight_in
@@ -29,6 +29,7 @@ from predprey_env.policies.scripted import Script, follow
 from predprey_env.rules.dynamics import World
 from predprey_env.rules.observation import observe
 from predprey_env.settings import brief
+from predprey_env.sight import PLAIN_SIGHT, AnySight
 
 _TOGETHER = 1 << 10  # number of states per call of a policy: few enough to show progress
 _ASKED_AGAIN = 500  # number of states in which a policy is asked twice, to check that it always acts the same
@@ -58,12 +59,13 @@ def survivors(config: EnvConfig) -> list[Survivors]:
     return found
 
 
-def views(config: EnvConfig, role: Role, sight: Sight = PLAIN_SIGHT) -> np.ndarray:
+def views(config: EnvConfig, role: Role, sight: AnySight = PLAIN_SIGHT) -> np.ndarray:
     """Return what every agent of a team observes in every state: float32 ``(n_states, n_agents, n_seen)``.
 
-    Raises :class:`PolicyError` if the last moves are observed, which no state holds.
+    Raises :class:`PolicyError` if the last moves are observed, which no state holds. A sight that does not say whether
+    it reads them counts as one that does.
     """
-    if sight.moves:
+    if getattr(sight, "moves", True):
         raise PolicyError("a policy that observes the last moves cannot be solved for: positions do not hold them")
     shape, n_agents, games = config.team(role), config.n_agents, survivors(config)
     n_seen = sight.n_seen(shape.n_agents, shape.n_opponents)
@@ -78,7 +80,7 @@ def views(config: EnvConfig, role: Role, sight: Sight = PLAIN_SIGHT) -> np.ndarr
 
 
 @entry_point
-def _look(world: World, rules: Rules, sight: Sight, first: int, rows: Any, cells: Any, seen: Any) -> None:
+def _look(world: World, rules: Rules, sight: AnySight, first: int, rows: Any, cells: Any, seen: Any) -> None:
     """Write the observations in every state with the same survivors to ``seen``; ``rows`` are the survivors' rows of
     the world.
     """
@@ -87,7 +89,7 @@ def _look(world: World, rules: Rules, sight: Sight, first: int, rows: Any, cells
         for i in range(len(rows)):
             world.x[rows[i]], world.y[rows[i]] = cells[i] // rules.size, cells[i] % rules.size
         for agent in range(seen.shape[1]):
-            observe(world, world.x, first + agent, rules, sight, seen[key, agent], 0)  # no last moves are read
+            observe(sight, world, world.x, first + agent, rules, seen[key, agent], 0)  # no last moves are read
 
 
 def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> np.ndarray:

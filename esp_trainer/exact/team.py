@@ -13,8 +13,9 @@ from esp_trainer.exact.solution import Solution, SolutionWork, fill_payoffs, mak
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
-from predprey_env.config import PLAIN_SIGHT, EnvConfig
+from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
+from predprey_env.sight import PLAIN_SIGHT
 
 
 class OptimalTeam:

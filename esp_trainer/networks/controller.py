@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.config import Sight
+from predprey_env.sight import AnySight
 
 
 class Controller(NamedTuple):
@@ -33,7 +33,7 @@ class Controller(NamedTuple):
     n_together: int
     """Number of agents that one set of networks controls: 1, or the whole team for a central controller. A central
     controller reads the concatenated observations of all agents, and its neurons have output weights for each."""
-    sight: Sight
+    sight: AnySight
     """What the agents observe."""
     wiring: np.ndarray
     """int64 ``(n_networks, n_inputs)``: indices of the observation entries that each network reads."""

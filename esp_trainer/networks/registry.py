@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.networks.protocol import respond
-from esp_trainer.plugins import find_class
+from predprey_env.plugins import find_class
 from predprey_env.settings import brief
 
 NETWORKS = {

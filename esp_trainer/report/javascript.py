@@ -69,9 +69,9 @@ def translate(*rules: Callable[..., Any], classes: Collection[type] = (), exact:
 
     Args:
         rules: Rules to translate.
-        classes: Classes of what is passed to generic functions such as ``choose``. A call of one becomes a call of the
-            rule for the only class that it has a rule for, or for the class that the first argument names as its
-            ``kind``.
+        classes: Classes of what is passed to generic functions such as ``choose``. Each becomes a function of its name,
+            which is the rule of the only class that it has a rule for, or calls that of the class that the first
+            argument names as its ``kind``.
         exact: Package whose rules compute with JavaScript's own numbers, integers and 64-bit floats.
 
     Raises:
@@ -97,7 +97,9 @@ def translate(*rules: Callable[..., Any], classes: Collection[type] = (), exact:
 
 
 def _dispatch(name: str, rules: Mapping[type, Callable[..., Any]]) -> str:
-    """Return the JavaScript of a generic function: it calls the rule for the ``kind`` of its first argument."""
+    """Return the JavaScript of a generic function: its only rule, or the one for the ``kind`` of the first argument."""
+    if len(rules) == 1:
+        return f"const {name} = {next(iter(rules.values())).__name__};"
     named = ", ".join(f"{cls.__name__}: {rule.__name__}" for cls, rule in rules.items())
     return f"function {name}(one, ...others) {{\n  return ({{ {named} }})[one.kind](one, ...others);\n}}"
 
@@ -261,11 +263,10 @@ class _Translation:
         """Return the JavaScript name of a global of the rule's module: another rule, or a function in ``GIVEN``."""
         known = self._known.get(name, getattr(builtins, name, None))
         rules = {cls: _source_of(rule) for cls, rule in getattr(known, "registry", {}).items() if cls in self._classes}
-        if len(rules) > 1:
+        if rules:
             self.called += rules.values()
             self.generics[name] = _dispatch(name, rules)
             return name
-        known = next(iter(rules.values()), known)
         if self._exact and inspect.isbuiltin(known) and known in _FUNCTIONS:
             return _FUNCTIONS[known]
         if name in GIVEN and known is getattr(floats, name):

@@ -22,13 +22,13 @@ from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.report.javascript import translate
 from esp_trainer.types import ROLES, Role
 from predprey_env.config import MOVES, EnvConfig
-from predprey_env.engine import play_step
+from predprey_env.engine import play_step, seen_rows
 from predprey_env.policies import ScriptedTeam
 from predprey_env.policies.protocol import MEMORY, first_memory
 from predprey_env.rules.dynamics import is_over
-from predprey_env.rules.observation import sight_rows
+from predprey_env.sight import Sight
 
-_PLAYED = (play_step, seed_of, first_memory, is_over, sight_rows)
+_PLAYED = (play_step, seed_of, first_memory, is_over)
 _SEEN = (episode_of, unwrap, measure_offsets, detect, role_towards_any)
 _USED = (
     *(rule.__name__ for rule in (*_PLAYED, *_SEEN)),
@@ -37,24 +37,25 @@ _USED = (
 """Functions that the page calls by name: to play a match, to show an agent's networks, and to detect behaviours."""
 
 
-def rules_in_javascript(floats: str, networks: Iterable[type] = (FeedForward,)) -> str:
+def rules_in_javascript(floats: str, kinds: Iterable[type] = (FeedForward,)) -> str:
     """Return the rules of a match as JavaScript, in a scope of their own, as the page may use the same names.
 
     Args:
         floats: JavaScript of the floating-point functions that the rules need.
-        networks: Kinds of network that play.
+        kinds: Kinds of network that play, and of sight besides the paper's.
 
     Raises:
-        ValueError: The rule of a network is outside the subset of Python that can be translated.
+        ValueError: The rule of a network or a sight is outside the subset of Python that can be translated.
     """
-    rules = translate(*_PLAYED, *_SEEN, classes=(Entrants, *networks), exact=behaviours.__name__)
+    rules = translate(*_PLAYED, *_SEEN, classes={Entrants, Sight, *kinds}, exact=behaviours.__name__)
     return f"const {{ {', '.join(_USED)} }} = (() => {{\n{floats}\n{rules}\nreturn {{ {', '.join(_USED)} }};\n}})();\n"
 
 
-def network_kinds(histories: Iterable[History]) -> list[type]:
-    """Return the kinds of network that play in some runs, each once; the paper's if none plays."""
+def kinds_in(histories: Iterable[History]) -> list[type]:
+    """Return the kinds of network and of sight that play in some runs, each once; the paper's network if none plays."""
     controllers = [side_controller(each.config, role) for each in histories for role in each.champions]
-    return list(dict.fromkeys(type(each.network) for each in controllers)) or [FeedForward]
+    networks = [type(each.network) for each in controllers] or [FeedForward]
+    return list(dict.fromkeys([*networks, *(type(each.sight) for each in controllers)]))
 
 
 def world(env: EnvConfig) -> dict[str, Any]:
@@ -62,7 +63,8 @@ def world(env: EnvConfig) -> dict[str, Any]:
     return {
         "env": env.model_dump(),
         "memory": MEMORY,
-        "rules": env.rules._asdict() | {"sight": env.sight._asdict()},
+        "seen": seen_rows(env.rules, env.sight),
+        "rules": env.rules._asdict() | {"sight": _fields(env.sight)},
         "moves": MOVES,
         "thresholds": Thresholds()._asdict(),
         "behaviours": {
@@ -99,19 +101,19 @@ def controller(networks: Controller) -> dict[str, Any]:
     """Return a controller in the form that the translated forward pass reads."""
     fields = {
         **networks._asdict(),
-        "network": _network(networks.network),
+        "network": {**_fields(networks.network), "blank": [0] * networks.n_actions},
         "input_scale": float(networks.input_scale),
-        "sight": networks.sight._asdict(),
+        "sight": _fields(networks.sight),
         "wiring": networks.wiring.tolist(),
     }
     numbers = {name: getattr(networks, name) for name in ("fan_in", "n_votes", "n_actions", "n_memory")}
     return {**fields, **numbers}
 
 
-def _network(network: Any) -> dict[str, Any]:
-    """Return a network with its fields as plain numbers or lists of them, and the name of its class as ``kind``."""
-    fields = {name: np.asarray(value).tolist() for name, value in network._asdict().items()}
-    return {**fields, "kind": type(network).__name__, "blank": [0] * len(network.blank)}
+def _fields(one: Any) -> dict[str, Any]:
+    """Return the fields of a named tuple as plain numbers or lists of them, and the name of its class as ``kind``."""
+    fields = {name: np.asarray(value).tolist() for name, value in one._asdict().items()}
+    return {**fields, "kind": type(one).__name__}
 
 
 def both(history: History, generations: np.ndarray) -> dict[Role, Any]:

@@ -18,6 +18,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.files import write_text
+from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import charts, matches, moments
 from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure
@@ -108,21 +109,21 @@ def _asset(name: str) -> str:
 
 
 def _rules(sources: Sequence[RunSource]) -> tuple[str, list[str]]:
-    """Return the rules as JavaScript, and a note for each network of the runs that cannot be played in it."""
+    """Return the rules as JavaScript, and a note for each network or sight of the runs that has no translation."""
     floats = _asset("floats.js")
-    networks = matches.network_kinds(source.history for source in sources if source.history)
+    kinds = matches.kinds_in(source.history for source in sources if source.history)
     try:
-        return matches.rules_in_javascript(floats, networks), []
+        return matches.rules_in_javascript(floats, kinds), []
     except (ValueError, OSError):
-        return matches.rules_in_javascript(floats), list(filter(None, map(_untranslated, networks)))
+        return matches.rules_in_javascript(floats), list(filter(None, map(_untranslated, kinds)))
 
 
-def _untranslated(network: type) -> str:
-    """Return a note if the rule of a network has no translation to JavaScript, else an empty text."""
+def _untranslated(kind: type) -> str:
+    """Return a note if the rule of a network or sight has no translation to JavaScript, else an empty text."""
     try:
-        matches.rules_in_javascript("", [network])
+        matches.rules_in_javascript("", [FeedForward, kind])
     except (ValueError, OSError) as error:  # of a class whose source cannot be read
-        why = f"the rule of {network.__name__} has no translation to JavaScript ({error})"
+        why = f"the rule of {kind.__name__} has no translation to JavaScript ({error})"
         return f"No match can be played here: {why}."
     return ""
 

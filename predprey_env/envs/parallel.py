@@ -10,7 +10,7 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, read_action
-from predprey_env.config import IDLE, TEAMS, EnvConfig, Rules, Sight
+from predprey_env.config import IDLE, TEAMS, EnvConfig, Rules
 from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.masks import action_mask
@@ -24,6 +24,7 @@ from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, Worl
 from predprey_env.rules.fitness import fitness
 from predprey_env.rules.observation import observe
 from predprey_env.rules.starts import draw_starts, given_starts
+from predprey_env.sight import AnySight
 
 if TYPE_CHECKING:
     from predprey_env.rendering.viewer import Viewer  # at run time imported when needed, because it imports pygame
@@ -56,15 +57,15 @@ def _advance(
 
 
 @rule
-def _observe_all(world: World, moved: IntegerRows, rules: Rules, sight: Sight, seen: FloatRows) -> None:
+def _observe_all(world: World, moved: IntegerRows, rules: Rules, sight: AnySight, seen: FloatRows) -> None:
     """Write every agent's observation to ``seen``, one after the other."""
     row = 0
     for agent in range(rules.n_predators + rules.n_prey):
-        row = observe(world, moved, agent, rules, sight, seen, row)
+        row = observe(sight, world, moved, agent, rules, seen, row)
 
 
 @entry_point
-def _observe_as(world: World, moved: IntegerRows, rules: Rules, sight: Sight, seen: FloatRows) -> None:
+def _observe_as(world: World, moved: IntegerRows, rules: Rules, sight: AnySight, seen: FloatRows) -> None:
     _observe_all(world, moved, rules, sight, seen)
 
 
@@ -203,7 +204,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
             self.render()
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
 
-    def observe_as(self, sight: Sight) -> dict[str, Observation]:
+    def observe_as(self, sight: AnySight) -> dict[str, Observation]:
         """Return what the agents in the game would observe if they had another sight than the world's options say."""
         if self._world is None:
             raise RuntimeError("reset() must be called before observe_as()")

@@ -7,25 +7,19 @@ from itertools import accumulate
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 
-from predprey_env.config import TEAMS, EnvConfig, Sight, TeamName
+from predprey_env.config import TEAMS, EnvConfig, TeamName
+from predprey_env.sight import AnySight
 
 
 def observation_space(config: EnvConfig, team: TeamName) -> Box:
-    """Return the space of an agent's observation: offsets first, then last moves and the identity if they are seen."""
-    shape, sight = config.team(team), config.sight
-    n_offsets = 2 * sight.n_others(shape.n_agents, shape.n_opponents)
-    n_moves = n_offsets if sight.moves else 0
-    lengths = n_offsets, n_moves, shape.n_seen - n_offsets - n_moves
-    half = config.size // 2
-    lowest, highest = np.array([-half, config.size - half - 1], np.float32)
-    if sight.scaled:
-        scale = np.float32(2) / np.float32(config.size)
-        lowest, highest = lowest * scale, highest * scale
-    low, high = np.repeat([lowest, -1, 0], lengths), np.repeat([highest, 1, 1], lengths)
-    return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+    """Return the space of an agent's observation."""
+    shape = config.team(team)
+    low, high = config.sight.bounds(shape.n_agents, shape.n_opponents, config.size)
+    low, high = (np.broadcast_to(np.asarray(each, np.float32), shape.n_seen).copy() for each in (low, high))
+    return Box(low, high, dtype=np.float32)
 
 
-def observation_slices(config: EnvConfig, sight: Sight) -> list[slice]:
+def observation_slices(config: EnvConfig, sight: AnySight) -> list[slice]:
     """Return where each agent's observation is among those of all agents."""
     shapes = [config.team(team) for team in TEAMS]
     lengths = [n for shape in shapes for n in [sight.n_seen(shape.n_agents, shape.n_opponents)] * shape.n_agents]

@@ -31,12 +31,13 @@ from predprey_env.envs.worlds import (
     move_team,
     tell,
     with_memory,
+    with_views,
 )
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import draw_seed
 from predprey_env.policies.outside import Seat, seat
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
-from predprey_env.policies.protocol import memory_rows
+from predprey_env.policies.protocol import memory_rows, sight_of
 from predprey_env.settings import spell_out
 from predprey_env.tasks import or_default, world
 
@@ -148,6 +149,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         self._pool, self._policies = pool, tuple(each.policy for each in self._seats)
         n_memory = max(memory_rows(each.player) for each in self._seats)
         self._worlds, self._scratch = with_memory(self._worlds, self._scratch, n_memory)
+        self._scratch = with_views(self._scratch, self._rules, [sight_of(each.player) for each in self._seats])
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None

@@ -6,11 +6,12 @@ start again until :func:`place` is called.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
-from predprey_env.config import IDLE, EnvConfig, Rules, Sight
+from predprey_env.config import IDLE, EnvConfig, Rules
 from predprey_env.engine import (
     Block,
     TeamRows,
@@ -30,6 +31,7 @@ from predprey_env.jit.values import Array, FloatRows, IntegerRows
 from predprey_env.policies.protocol import MEMORY, Player
 from predprey_env.rules.dynamics import EVERYBODY, PREDATORS, PREY, World, is_over
 from predprey_env.rules.observation import observe
+from predprey_env.sight import AnySight
 
 
 class Worlds(NamedTuple):
@@ -72,7 +74,7 @@ def make_worlds(config: EnvConfig, n_worlds: int) -> Worlds:
 def make_scratch(config: EnvConfig) -> Scratch:
     """Return scratch memory for the kernels."""
     memory, actions = (lane_zeros(np.int32, rows) for rows in (config.n_agents * MEMORY, config.n_agents))
-    return Scratch(make_seen(config.rules), memory, actions, make_world(config.rules))
+    return Scratch(make_seen(config.rules, config.sight), memory, actions, make_world(config.rules))
 
 
 def with_memory(worlds: Worlds, scratch: Scratch, n_memory: int) -> tuple[Worlds, Scratch]:
@@ -86,6 +88,12 @@ def with_memory(worlds: Worlds, scratch: Scratch, n_memory: int) -> tuple[Worlds
     by_agent = (len(old), n_agents, -1, LANES)
     memory.reshape(by_agent)[:, :, :n_old] = old.reshape(by_agent)
     return worlds._replace(blocks=worlds.blocks._replace(memory=memory)), scratch._replace(memory=spare)
+
+
+def with_views(scratch: Scratch, rules: Rules, sights: Iterable[AnySight]) -> Scratch:
+    """Return scratch that has room for the observations of players with some sights."""
+    seen = make_seen(rules, *sights)
+    return scratch._replace(seen=seen) if len(seen) > len(scratch.seen) else scratch
 
 
 # -- a block of worlds --------------------------------------------------------------------------------------------
@@ -249,12 +257,12 @@ def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scratc
 
 
 @entry_point
-def look(worlds: Worlds, team: TeamRows, rules: Rules, sight: Sight, scratch: Scratch, views: Array) -> None:
+def look(worlds: Worlds, team: TeamRows, rules: Rules, sight: AnySight, scratch: Scratch, views: Array) -> None:
     """Write the observations of every agent of a team to ``views``, float32 ``(n_worlds, n_agents, n_seen)``."""
     for at in range(len(worlds.over)):
         block = block_at(worlds, at)
         for agent in range(team.n_agents):
-            n_seen = observe(block.world, block.moved, team.first + agent, rules, sight, scratch.seen, 0)
+            n_seen = observe(sight, block.world, block.moved, team.first + agent, rules, scratch.seen, 0)
             for lane in range(min(LANES, len(views) - at * LANES)):
                 for i in range(n_seen):
                     views[at * LANES + lane, agent, i] = scratch.seen[i, lane]

@@ -11,6 +11,7 @@ import functools
 import hashlib
 import inspect
 import os
+import re
 import secrets
 import sys
 import warnings
@@ -21,8 +22,9 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numba
-from numba import njit, types
+from numba import types
 from numba.core import caching
+from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 
 from predprey_env.jit import floats, lanes
@@ -36,11 +38,13 @@ def source_files(function: Function, classes: Iterable[type] = ()) -> set[str]:
 
     These are the files of the function, of every compiled function that it calls, directly or not, of the modules whose
     names these use (a constant, for example), and of the named tuples that they know: Numba tells named tuples apart by
-    class alone, not by their fields. If a generic function is called, its rules for ``classes`` count.
+    class alone, not by their fields. If a generic function is called, its rules count for ``classes`` and for the
+    named tuples that these functions make.
     """
     files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
     files |= {_file_of(known) for known in classes}
     seen: set[Function] = set()
+    kinds, generics = set(classes), list[Any]()
     while pending:
         current = pending.pop()
         seen.add(current)
@@ -54,8 +58,10 @@ def source_files(function: Function, classes: Iterable[type] = ()) -> set[str]:
         for module in [value for value in called if inspect.ismodule(value)]:
             files.add(_file_of(module))
             called += [getattr(module, name, None) for name in used]
-        for generic in [value for value in called if hasattr(value, "registry")]:
-            called += [rule for kind, rule in generic.registry.items() if kind in classes]
+        kinds |= {value for value in called if inspect.isclass(value) and hasattr(value, "_fields")}
+        generics += [value for value in called if hasattr(value, "registry")]
+        for generic in generics:
+            called += [generic.default, *(rule for kind, rule in generic.registry.items() if kind in kinds)]
         pending += [value.py_func for value in called if isinstance(value, CPUDispatcher) and value.py_func not in seen]
     return files
 
@@ -247,6 +253,26 @@ def rule(function: Compiled) -> Compiled:
     return function if numba.config.DISABLE_JIT else _Rule(function)
 
 
+class _EntryPoint(CPUDispatcher):
+    """A compiled function that Python calls. What does not compile is a :class:`ValueError`, in one line."""
+
+    def __init__(self, function: Function) -> None:
+        super().__init__(function, targetoptions={"nopython": True, "nogil": True, "_nrt": False})
+
+    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        try:
+            return super()._compile_for_args(*arguments, **named)
+        except NumbaError as error:
+            raise ValueError(f"a rule does not compile: {_reason(error)}") from error
+
+
+def _reason(error: NumbaError) -> str:
+    """Return the line of an error of Numba that says what is wrong, the one below the innermost failure."""
+    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", str(error)).splitlines() if line.strip()]
+    after = [line for line, before in zip(lines[1:], lines, strict=False) if "Failed in" in before]
+    return after[-1] if after else lines[0]
+
+
 def entry_point(function: Compiled) -> Compiled:
     """Compile a function that Python calls. Its machine code is cached on disk, and threads can run it at the same
     time.
@@ -254,7 +280,9 @@ def entry_point(function: Compiled) -> Compiled:
     It allocates nothing either; callers pass the memory that it works in.
     """
     _remember(function)
-    dispatcher = njit(nogil=True, _nrt=False)(function)
+    if numba.config.DISABLE_JIT:
+        return function
+    dispatcher = _EntryPoint(function)
     try:
         dispatcher._cache = _DigestCache(function)
     except RuntimeError:  # no cache directory on this machine can be written to

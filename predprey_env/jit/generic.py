@@ -14,10 +14,12 @@ class Generic:
     Args:
         name: Name of the function, as error messages give it.
         kind: What the first argument is.
+        default: Rule for classes that have none of their own; None if they must have one.
     """
 
-    def __init__(self, name: str, kind: str = "player") -> None:
+    def __init__(self, name: str, kind: str = "player", default: Any = None) -> None:
         self.registry: dict[Any, Any] = {}
+        self.default = default
         self._name, self._kind = name, kind
 
     def register(self, cls: type, rule: Any = None) -> Any:

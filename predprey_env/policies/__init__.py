@@ -3,8 +3,8 @@
 from predprey_env.policies.names import SCRIPTS, PredatorScript, PreyScript
 from predprey_env.policies.pool import OpponentPool
 from predprey_env.policies.protocol import Policy, choose, memory_rows, sees_team, sight_of
+from predprey_env.policies.readings import nearest, towards
 from predprey_env.policies.scripted import ScriptedTeam
-from predprey_env.policies.sight import nearest, towards
 
 __all__ = [
     "SCRIPTS",

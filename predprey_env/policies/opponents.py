@@ -10,10 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from predprey_env.agents import read_action
-from predprey_env.config import EnvConfig, Sight, TeamName
+from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies.protocol import Player, Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 from predprey_env.settings import brief
+from predprey_env.sight import AnySight, observe
 
 Function: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
 Opponent: TypeAlias = str | Policy | Function
@@ -106,11 +107,11 @@ def compiled_player(
     return player
 
 
-def sight_in(policy: Policy, env: EnvConfig) -> Sight:
+def sight_in(policy: Policy, env: EnvConfig) -> AnySight:
     """Return what a policy observes in a world: what it asks for itself, or what the world's options say."""
-    sight = getattr(policy, "sight", env.sight)
-    if not isinstance(sight, Sight):
-        raise ValueError(f"a policy's sight must be a predprey_env.Sight, got {brief(sight)}")
+    sight: AnySight = getattr(policy, "sight", env.sight)
+    if type(sight) not in observe.registry:
+        raise ValueError(f"a policy's sight must be a predprey_env.Sight or one of your own, got {brief(sight)}")
     return sight
 
 

@@ -14,7 +14,7 @@ from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import as_float, as_integer
 from predprey_env.jit.lanes import load, store, where
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
-from predprey_env.policies.sight import FAR, nearest, towards
+from predprey_env.policies.readings import FAR, nearest, towards
 from predprey_env.rules.torus import magnitude
 
 HALF, ZERO = np.float32(0.5), np.float32(0.0)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store, where
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
-from predprey_env.policies.sight import nearest, towards
+from predprey_env.policies.readings import nearest, towards
 
 
 @rule

@@ -9,11 +9,11 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from numba.extending import overload
 
-from predprey_env.config import Sight
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.generic import Generic
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
+from predprey_env.sight import PLAIN_SIGHT, AnySight, Sight
 
 MEMORY = 4
 """Least number of int32 rows of memory that a compiled player has for each of its agents; see :data:`memory_rows`."""
@@ -126,12 +126,12 @@ class _SightOf(Generic):
     """Generic function that returns what a player's agents observe, a :class:`predprey_env.Sight`.
 
     A class of player without a rule observes what the paper's agents do: ``sight_of.register(Player, rule)``, with
-    ``rule(player) -> Sight``.
+    ``rule(player) -> AnySight``.
     """
 
-    def __call__(self, player: Player) -> Sight:
+    def __call__(self, player: Player) -> AnySight:
         rule = self.registry.get(type(player))
-        return Sight() if rule is None else rule(player)
+        return PLAIN_SIGHT if rule is None else getattr(rule, "py_func", rule)(player)
 
 
 class _MemoryRows(Generic):
@@ -146,12 +146,22 @@ class _MemoryRows(Generic):
         return MEMORY if function is None else max(MEMORY, int(function(player)))
 
 
+@rule
+def _sees_itself(player: Player) -> bool:
+    return False
+
+
+@rule
+def _opponents_only(player: Player) -> Sight:
+    return Sight(False, False, False, False, False)
+
+
 choose = _Choose("choose")
 """Action of one agent, by the rule that is registered for the player's class: ``choose.register(Player)`` above
 ``@rule``. The rule is called with ``(player, agent, seen, memory, at)``."""
-sees_team = _SeesTeam("sees_team")
+sees_team = _SeesTeam("sees_team", default=_sees_itself)
 """Whether a player chooses from the observations of its whole team; by default it does not."""
-sight_of = _SightOf("sight_of")
+sight_of = _SightOf("sight_of", default=_opponents_only)
 """What a player's agents observe, a :class:`predprey_env.Sight`; by default what the paper's do."""
 memory_rows = _MemoryRows("memory_rows")
 """Number of int32 rows of memory that a player needs for each agent; by default four."""
@@ -167,23 +177,13 @@ def _choose(player, agent, seen, memory, at):  # type: ignore[no-untyped-def]
     return lambda player, agent, seen, memory, at: implementation(player, agent, seen, memory, at)
 
 
-@rule
-def _sees_itself(player: Player) -> bool:
-    return False
-
-
 @overload(sees_team, jit_options=_INLINED)
 def _sees_team(player):  # type: ignore[no-untyped-def]
-    implementation = sees_team.registry.get(getattr(player, "instance_class", None), _sees_itself)
+    implementation = sees_team.registry.get(getattr(player, "instance_class", None), sees_team.default)
     return lambda player: implementation(player)
-
-
-@rule
-def _opponents_only(player: Player) -> Sight:
-    return Sight(False, False, False, False, False)
 
 
 @overload(sight_of, jit_options=_INLINED)
 def _sight_of(player):  # type: ignore[no-untyped-def]
-    implementation = sight_of.registry.get(getattr(player, "instance_class", None), _opponents_only)
+    implementation = sight_of.registry.get(getattr(player, "instance_class", None), sight_of.default)
     return lambda player: implementation(player)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from predprey_env.agents import PREFIXES, agent_number, other_team
-from predprey_env.config import PLAIN_SIGHT, TEAMS, EnvConfig, TeamName
+from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import load, store
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
@@ -19,6 +19,7 @@ from predprey_env.policies.predators import greedy_chase, intercept, parity_chas
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
 from predprey_env.policies.protocol import Memories, choose
 from predprey_env.settings import plain, whole_number
+from predprey_env.sight import PLAIN_SIGHT
 
 RANDOM, GREEDY_CHASE, PARITY_CHASE, INTERCEPT, SURROUND, FLEE_NEAREST, FLEE_CENTROID, RUN_STRAIGHT = range(1, 9)
 

@@ -1,22 +1,27 @@
-"""Observations: the offsets to the opposing team (section V), and what the options of :class:`Sight` add to them."""
+"""The paper's observation: the offsets to the opposing team (section V), and what the options of :class:`Sight` add."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from predprey_env.config import Rules, Sight
+from predprey_env.config import Rules
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.floats import as_float
 from predprey_env.jit.lanes import load, store, where
-from predprey_env.jit.values import FloatRows, IntegerRows, Mask, Value
+from predprey_env.jit.values import FloatRows, IntegerRows, Mask, Value, Values
 from predprey_env.rules.dynamics import World, step_of
 from predprey_env.rules.torus import displacement, manhattan
+from predprey_env.sight import Sight, observe
+
+__all__ = ["move_of", "observe", "offset_to"]
 
 ONE, ZERO = np.float32(1), np.float32(0)
 
 
 @rule
-def observe(world: World, moved: IntegerRows, agent: int, rules: Rules, sight: Sight, out: FloatRows, row: int) -> int:
+def offsets_seen(
+    sight: Sight, world: World, moved: IntegerRows, agent: int, rules: Rules, out: FloatRows, row: int
+) -> int:
     """Write an agent's observation to ``out``, float32, from ``row`` on, and return the row after it.
 
     The observation holds, one after the other:
@@ -53,11 +58,30 @@ def observe(world: World, moved: IntegerRows, agent: int, rules: Rules, sight: S
     return row
 
 
+observe.register(Sight, offsets_seen)
+
+
 @rule
-def sight_rows(rules: Rules) -> int:
-    """Return the number of rows that hold the observations of either team, whatever its sight."""
-    n_agents = rules.n_predators + rules.n_prey
-    return n_agents * (4 * n_agents + n_agents)
+def offset_to(world: World, agent: int, other: int, rules: Rules) -> Values:
+    """Return the offset ``(dx, dy)`` from one agent to another, the shortest way round the torus, in cells.
+
+    It is (0, 0) if one of the two is a caught prey.
+    """
+    free = _both_free(world, agent, other, rules)
+    dx = displacement(load(world.x, agent), load(world.x, other), rules.size)
+    dy = displacement(load(world.y, agent), load(world.y, other), rules.size)
+    return where(free, dx, 0), where(free, dy, 0)
+
+
+@rule
+def move_of(world: World, moved: IntegerRows, agent: int, other: int, rules: Rules) -> Values:
+    """Return the last move ``(dx, dy)`` of an agent as another one sees it, in cells.
+
+    It is (0, 0) before the first move, and if one of the two is a caught prey.
+    """
+    free = _both_free(world, agent, other, rules)
+    dx, dy = step_of(load(moved, other))
+    return where(free, dx, 0), where(free, dy, 0)
 
 
 @rule
@@ -78,11 +102,9 @@ def _see_offsets(world: World, agent: int, first: int, n: int, rules: Rules, out
     """Write the offsets to ``n`` agents, from the agent ``first`` on and without the observer itself."""
     for other in range(first, first + n):
         if other != agent:
-            free = _both_free(world, agent, other, rules)
-            dx = displacement(load(world.x, agent), load(world.x, other), rules.size)
-            dy = displacement(load(world.y, agent), load(world.y, other), rules.size)
-            store(out, row, as_float(where(free, dx, 0)))
-            store(out, row + 1, as_float(where(free, dy, 0)))
+            dx, dy = offset_to(world, agent, other, rules)
+            store(out, row, as_float(dx))
+            store(out, row + 1, as_float(dy))
             row += 2
     return row
 
@@ -94,10 +116,9 @@ def _see_moves(
     """Write the last moves of ``n`` agents, from the agent ``first`` on and without the observer itself."""
     for other in range(first, first + n):
         if other != agent:
-            free = _both_free(world, agent, other, rules)
-            dx, dy = step_of(load(moved, other))
-            store(out, row, as_float(where(free, dx, 0)))
-            store(out, row + 1, as_float(where(free, dy, 0)))
+            dx, dy = move_of(world, moved, agent, other, rules)
+            store(out, row, as_float(dx))
+            store(out, row + 1, as_float(dy))
             row += 2
     return row
 

@@ -15,7 +15,7 @@ from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.networks import NETWORKS
 from esp_trainer.types import ROLES
-from predprey_env.config import SIGHT
+from predprey_env.config import SIGHT_OPTIONS
 
 LIMIT = 3.0
 """Largest cost relative to the built-in part."""
@@ -36,7 +36,9 @@ def _playing(scale: Scale) -> list[Row]:
     """Return rows on the trials of a generation with other controllers, networks and sights."""
     plain = config_of(scale)
     configs = {name: plain.replace(**dict.fromkeys(ROLES, plain.predators.replace(**p))) for name, p in PARTS.items()}
-    configs["everything seen (`see_*`)"] = plain.replace(env=plain.env.replace(**dict.fromkeys(SIGHT, True)))
+    configs["everything seen (`see_*`)"] = plain.replace(env=plain.env.replace(**dict.fromkeys(SIGHT_OPTIONS, True)))
+    own = plain.env.replace(observation="bench.own_sight:Own")
+    configs["an observation of a user, with the arithmetic of the paper's"] = plain.replace(env=own)
     compiling = {name: _first_seconds(config) for name, config in configs.items()}
     taken = side_by_side({"": _trials(plain), **{n: _trials(c) for n, c in configs.items()}}, scale.repetitions)
     base, found = taken[""].cpu, []

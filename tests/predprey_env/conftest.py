@@ -13,7 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv, PredPreyVectorEnv, TeamView
-from predprey_env.config import SIGHT
+from predprey_env.config import SIGHT_OPTIONS
 from predprey_env.rules.dynamics import World
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ st.register_type_strategy(
             "credit": st.sampled_from(["team", "individual"]),
             "prey_fitness": st.sampled_from(["lifespan", "complementary"]),
             "reward": st.sampled_from(["terminal", "dense"]),
-            **{name: st.booleans() for name in sorted(SIGHT - {"mask_actions"})},
+            **{name: st.booleans() for name in sorted(SIGHT_OPTIONS - {"mask_actions"})},
         }
     ).map(lambda fields: EnvConfig(**fields)),
 )

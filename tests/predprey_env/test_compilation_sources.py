@@ -20,7 +20,7 @@ from numba.core.registry import CPUDispatcher
 import predprey_env
 from esp_trainer import Team
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.network import Networks
 from predprey_env import EnvConfig
 from predprey_env.engine import team_rows
@@ -34,9 +34,11 @@ from predprey_env.policies.scripted import Script
 LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
 SOURCES = {
     *{"parallel.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
-    "config.py",  # the named tuple that they read
+    *{"config.py", "sight.py"},  # the named tuples that they read
     *LANGUAGE,
 }
+STEP = (typeof(EnvConfig().rules),)
+"""Types of the named tuples that a step is called with."""
 
 
 def names(files: set[str]) -> set[str]:
@@ -51,17 +53,17 @@ def codegen() -> Any:
 
 
 def test_the_sources_of_a_step_are_all_files_that_state_a_rule() -> None:
-    assert names(source_files(_advance.py_func)) == SOURCES
+    assert names(source_files(_advance.py_func, named_tuples(STEP))) == SOURCES
 
 
 @pytest.mark.parametrize("name", sorted(SOURCES))
 def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    read, signature = Path.read_bytes, _advance.signatures[0] if _advance.signatures else ()
-    key = _DigestCache(_advance.py_func)._index_key(signature, codegen())
-    assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) == key
+    read = Path.read_bytes
+    key = _DigestCache(_advance.py_func)._index_key(STEP, codegen())
+    assert _DigestCache(_advance.py_func)._index_key(STEP, codegen()) == key
     monkeypatch.setattr(compilation, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
-    assert _DigestCache(_advance.py_func)._index_key(signature, codegen()) != key
+    assert _DigestCache(_advance.py_func)._index_key(STEP, codegen()) != key
 
 
 # -- as Python reads files ------------------------------------------------------------------------------------------
@@ -236,14 +238,14 @@ def signature(player: Any) -> tuple[types.Type, ...]:
 def networks() -> Networks:
     """An evolved player, as compiled code knows it."""
     side = SideConfig()
-    controller = make_controller(side, offset_wiring(side, 3), 4)
+    controller = make_controller(side, wiring_for(side, 3), 4)
     genomes = np.zeros((2, *controller.shape), np.float32)
     return Team("prey", side, controller, genomes).compiled("prey", EnvConfig(), 16)
 
 
 SCRIPT = Script(1, 3, 4, False)
 RULES = {  # for each class of player, the file of its rule and one that it calls
-    "script": (SCRIPT, {"scripted.py", "predators.py", "prey.py", "sight.py", "chance.py"}),
+    "script": (SCRIPT, {"scripted.py", "predators.py", "prey.py", "readings.py", "chance.py"}),
     "networks": (networks(), {"network.py", "controller.py", "chance.py", "feedforward.py", "activations.py"}),
 }
 
@@ -267,7 +269,7 @@ def test_of_a_generic_function_the_rules_for_the_players_class_count(player: str
 
 @pytest.mark.parametrize("player", RULES)
 @pytest.mark.parametrize(
-    "name", ["predators.py", "sight.py", "network.py", "feedforward.py", "engine.py", "observation.py"]
+    "name", ["predators.py", "readings.py", "network.py", "feedforward.py", "engine.py", "observation.py"]
 )
 def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     monkeypatch: pytest.MonkeyPatch, player: str, name: str
@@ -319,4 +321,5 @@ def test_named_tuples_are_found_in_named_and_plain_tuples() -> None:
 
 def test_the_file_of_a_class_counts_though_no_rule_of_it_is_called() -> None:
     """Its fields are what the machine code reads."""
-    assert names(source_files(_advance.py_func, {Pair})) == SOURCES | {Path(__file__).name}
+    classes = {Pair, *named_tuples(STEP)}
+    assert names(source_files(_advance.py_func, classes)) == SOURCES | {Path(__file__).name}

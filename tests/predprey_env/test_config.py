@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from predprey_env import EnvConfig
-from predprey_env.config import PAYOFF, SHAPES, Rules, Sight
+from predprey_env.config import PAYOFF, SHAPES, Rules
 from predprey_env.settings import Settings
+from predprey_env.sight import Sight
 
 
 class Inner(Settings):

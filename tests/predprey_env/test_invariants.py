@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.config import SIGHT
+from predprey_env.config import SIGHT_OPTIONS
 
 CONFIGS = st.from_type(EnvConfig)
 SEEDS = st.integers(0, 2**31)
@@ -105,7 +105,7 @@ def test_a_prey_is_caught_exactly_where_a_predator_is_and_stays_caught(config: E
 
 @given(config=CONFIGS, seed=SEEDS)
 def test_views_are_offsets_the_shortest_way_round(config: EnvConfig, seed: int) -> None:
-    config = config.replace(**dict.fromkeys(SIGHT, False))
+    config = config.replace(**dict.fromkeys(SIGHT_OPTIONS, False))
     env, n, p = reset(config, seed), config.size, config.n_predators
     for turn in episode(env, seed):
         for agent, view in turn.observations.items():

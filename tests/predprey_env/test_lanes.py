@@ -200,7 +200,7 @@ def _play(world: World, actions: Any, rules: Rules, moved: Any, seen: Any, free:
     remember_moves(actions, EVERYBODY, rules, moved)
     row = 0
     for agent in range(rules.n_predators + rules.n_prey):
-        row = observe(world, moved, agent, rules, rules.sight, seen, row)
+        row = observe(rules.sight, world, moved, agent, rules, seen, row)
     store(free, 0, count_alive(world, rules))
 
 

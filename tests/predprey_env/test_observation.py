@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.config import IDLE, SIGHT
+from predprey_env.config import IDLE, SIGHT_OPTIONS
 from predprey_env.policies import ScriptedTeam
 from predprey_env.rules.dynamics import World
 from predprey_env.rules.observation import observe
@@ -20,7 +20,7 @@ def view(world: World, agent: int, config: EnvConfig, moved: Sequence[int] | Non
     n_seen = config.team("predators" if agent < config.n_predators else "prey").n_seen
     out = np.full(n_seen, np.nan, np.float32)
     last = np.array(moved or [IDLE] * config.n_agents, np.int32)
-    assert observe(world, last, agent, config.rules, config.sight, out, 0) == n_seen
+    assert observe(config.sight, world, last, agent, config.rules, out, 0) == n_seen
     return out.tolist()
 
 
@@ -55,7 +55,7 @@ def test_a_view_is_written_from_its_row_on(make_world: MakeWorld) -> None:
     out = np.full(8, 7, np.float32)
     config = EnvConfig(n_predators=2, n_prey=1, size=10)
     world, moved = make_world([(1, 1), (2, 2)], [(4, 5)]), np.full(3, IDLE, np.int32)
-    assert observe(world, moved, 2, config.rules, config.sight, out, 3) == 7
+    assert observe(config.sight, world, moved, 2, config.rules, out, 3) == 7
     assert out.tolist() == [7, 7, 7, -3, -4, -2, -3, 7]
 
 
@@ -136,7 +136,7 @@ def test_scaled_offsets_are_fractions_of_half_the_torus(make_world: MakeWorld) -
     assert view(world, 1, config, moved) == [*expected.tolist(), -1, 0, 0, -1, 1, 0, 0, 1]
 
 
-options = st.fixed_dictionaries({name: st.booleans() for name in sorted(SIGHT)})
+options = st.fixed_dictionaries({name: st.booleans() for name in sorted(SIGHT_OPTIONS)})
 
 
 @given(options, st.integers(3, 9), st.integers(1, 4), st.integers(1, 4), st.integers(0, 2**32 - 1))

@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode
 
 from esp_trainer import Team
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from predprey_env import EnvConfig, PredPreyVectorEnv, TeamView, team_view, vector_env
 from predprey_env.policies import ScriptedTeam
 
@@ -42,7 +42,7 @@ class Counter:
 def drawn_team() -> Team:
     """Evolved prey whose actions are drawn."""
     shape, side = EnvConfig(**WORLD).team("prey"), SideConfig(choice="drawn")
-    controller = make_controller(side, offset_wiring(side, shape.n_opponents), shape.n_actions)
+    controller = make_controller(side, wiring_for(side, shape.n_opponents), shape.n_actions)
     genomes = np.random.default_rng(0).normal(size=(shape.n_agents, *controller.shape))
     return Team("prey", side, controller, genomes.astype(np.float32))
 

@@ -17,8 +17,9 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from predprey_env import EnvConfig, PredPreyEnv, TeamView, team_view
 from predprey_env.agents import PREFIXES, other_team
-from predprey_env.config import TEAMS, Sight, TeamName
+from predprey_env.config import TEAMS, TeamName
 from predprey_env.policies import SCRIPTS, ScriptedTeam
+from predprey_env.sight import Sight
 
 TINY = {"n_predators": 2, "size": 5, "max_cycles": 30}
 ORDERS = ("simultaneous", "prey_first")

@@ -9,7 +9,7 @@ import pytest
 
 from esp_trainer import Team
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from predprey_env import EnvConfig, PredPreyEnv, TeamView, team_view
 from predprey_env.agents import other_team
 from predprey_env.config import TEAMS, TeamName
@@ -23,7 +23,7 @@ ORDER = pytest.mark.parametrize("move_order", ["simultaneous", "prey_first"])
 def evolved(team: TeamName, seed: int = 0) -> Team:
     """A team of random networks."""
     shape, side = EnvConfig(**WORLD).team(team), SideConfig()
-    controller = make_controller(side, offset_wiring(side, shape.n_opponents), shape.n_actions)
+    controller = make_controller(side, wiring_for(side, shape.n_opponents), shape.n_actions)
     genomes = np.random.default_rng(seed).normal(size=(shape.n_agents, *controller.shape))
     return Team(team, side, controller, genomes.astype(np.float32))
 

@@ -13,15 +13,16 @@ from numba.core.caching import NullCache
 
 from esp_trainer import Team
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from predprey_env import EnvConfig, PredPreyVectorEnv
 from predprey_env.agents import other_team
-from predprey_env.config import PLAIN_SIGHT, TEAMS, Sight, TeamName
+from predprey_env.config import TEAMS, TeamName
 from predprey_env.envs.worlds import move_opponents
 from predprey_env.jit.compilation import rule
 from predprey_env.jit.lanes import load, store
 from predprey_env.policies import SCRIPTS, ScriptedTeam
 from predprey_env.policies.protocol import choose, memory_rows
+from predprey_env.sight import PLAIN_SIGHT, Sight
 
 SMALL = EnvConfig(n_predators=3, n_prey=2, size=6, max_cycles=9, reward="dense")
 TEAM = pytest.mark.parametrize("team", TEAMS)
@@ -51,7 +52,7 @@ def evolved(
     team: TeamName, controller: str = "split", sight: Sight = PLAIN_SIGHT, network: str = "feedforward"
 ) -> Team:
     shape, side = SMALL.team(team), SideConfig(controller=controller, network=network)
-    wiring = offset_wiring(side, shape.n_opponents, shape.n_agents, sight)
+    wiring = wiring_for(side, shape.n_opponents, shape.n_agents, sight)
     made = make_controller(side, wiring, shape.n_actions, shape.n_agents, sight)
     genomes = np.random.default_rng(3).normal(size=(shape.n_agents // made.n_together, *made.shape))
     return Team(team, side, made, genomes.astype(np.float32))

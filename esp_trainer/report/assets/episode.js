@@ -6,7 +6,7 @@ class Episode {
     const { rules, agents } = game;
     this.rules = rules;
     this.entrants = [predators, prey].map(entrant);
-    this.seen = new Float32Array(sight_rows(rules));
+    this.seen = new Float32Array(game.seen);
     const n_memory = Math.max(game.memory, predators.controller.n_memory ?? 0, prey.controller.n_memory ?? 0);
     this.block = begun(game, start, n_memory);
     if (steered >= 0) this.block.actions = this.#steeredActions(agents, steered);

@@ -5,8 +5,9 @@ const IDLE = 4;
 // Plays matches between teams, which are objects that Side.team() returns.
 class Game {
   // rules: the world in the form that compiled code reads.
-  constructor({ rules, memory }) {
+  constructor({ rules, memory, seen }) {
     this.rules = rules;
+    this.seen = seen; // number of rows for the observations of a team
     this.memory = memory; // least number of rows of memory of an agent
     this.agents = rules.n_predators + rules.n_prey;
   }
@@ -81,9 +82,9 @@ class Game {
 
   // Return the observation of an agent; for a central controller, that of the whole team.
   #see({ world, moved }, agent, { sight, n_together }) {
-    const { rules } = this, seen = new Float32Array(sight_rows(rules));
+    const { rules } = this, seen = new Float32Array(this.seen);
     const first = n_together === 1 ? agent : agent < rules.n_predators ? 0 : rules.n_predators;
-    for (let each = 0, row = 0; each < n_together; each++) row = observe(world, moved, first + each, rules, sight, seen, row);
+    for (let each = 0, row = 0; each < n_together; each++) row = observe(sight, world, moved, first + each, rules, seen, row);
     return seen;
   }
 }

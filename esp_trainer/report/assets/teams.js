@@ -5,7 +5,7 @@ class Side {
   constructor({ name, script, controller, generations, genes }) {
     this.name = name; // name of a script
     this.script = tuple("number n_opponents n_actions in_turns", script ?? [0, 0, 0, false]);
-    this.controller = controller ?? { n_together: 1, fan_in: [0], n_votes: 0, sight: {} };
+    this.controller = controller ?? { n_together: 1, fan_in: [0], n_votes: 0, sight: { kind: "Sight" } };
     this.generations = generations ?? [];
     this.genes = genes ? floatsOf(genes) : new Float32Array(0);
   }

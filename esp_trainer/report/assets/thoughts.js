@@ -81,6 +81,7 @@ class Thoughts {
   #reads({ combiner, inputs }, agent, i, { controller }, caught) {
     if (combiner) return `network ${i + 1} reads the others' votes`;
     if (controller.n_together > 1) return `network ${i + 1} reads what its whole team sees`;
+    if (controller.sight.kind !== "Sight") return `network ${i + 1} reads (${inputs.map((input) => Number(input.toFixed(2))).join(", ")})`;
     const { sight, wiring } = controller, { n_predators, n_prey, size } = this.game.rules, hunts = agent < n_predators;
     const scale = controller.input_scale * (sight.scaled ? 2 / size : 1), n_opponents = hunts ? n_prey : n_predators;
     const n_others = n_opponents + (sight.teammates ? n_predators + n_prey - n_opponents - 1 : 0);

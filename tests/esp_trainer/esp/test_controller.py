@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.networks.controller import Controller
-from predprey_env.config import Sight
+from predprey_env.sight import Sight
 
 KINDS = ["split", "monolithic", "combiner", "double", "pairs", "central"]
 
@@ -18,7 +18,7 @@ KINDS = ["split", "monolithic", "combiner", "double", "pairs", "central"]
 def made(kind: str, n_opponents: int, n_actions: int = 5, n_agents: int = 3, **settings: Any) -> Controller:
     """The controller of a team in a world of offsets."""
     side = SideConfig(controller=kind, **settings)
-    return make_controller(side, offset_wiring(side, n_opponents, n_agents), n_actions, n_agents)
+    return make_controller(side, wiring_for(side, n_opponents, n_agents), n_actions, n_agents)
 
 
 def test_the_kinds_tested_here_are_all_that_there_are():
@@ -40,7 +40,7 @@ def test_the_kinds_tested_here_are_all_that_there_are():
     ],
 )
 def test_each_kind_has_networks_for_its_own_groups_of_three_opponents(kind: str, wiring: list[list[int]]):
-    assert offset_wiring(SideConfig(controller=kind), 3, n_agents=2).tolist() == wiring
+    assert wiring_for(SideConfig(controller=kind), 3, n_agents=2).tolist() == wiring
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_each_kind_has_networks_for_its_own_groups_of_three_opponents(kind: str,
     ],
 )
 def test_a_single_opponent_is_seen_by_every_network(kind: str, wiring: list[list[int]]):
-    assert offset_wiring(SideConfig(controller=kind), 1, n_agents=2).tolist() == wiring
+    assert wiring_for(SideConfig(controller=kind), 1, n_agents=2).tolist() == wiring
 
 
 @pytest.mark.parametrize(
@@ -69,11 +69,11 @@ def test_a_single_opponent_is_seen_by_every_network(kind: str, wiring: list[list
 )
 def test_a_team_mate_that_is_seen_counts_as_an_opponent_and_moves_go_with_offsets(kind: str, wiring: list[list[int]]):
     sight = Sight(teammates=True, moves=True, identity=True)
-    assert offset_wiring(SideConfig(controller=kind), 2, n_agents=2, sight=sight).tolist() == wiring
+    assert wiring_for(SideConfig(controller=kind), 2, n_agents=2, sight=sight).tolist() == wiring
 
 
 def test_there_is_a_network_for_each_pair_of_opponents():
-    assert [len(offset_wiring(SideConfig(controller="pairs"), n)) for n in (1, 2, 3, 4, 5)] == [1, 1, 3, 6, 10]
+    assert [len(wiring_for(SideConfig(controller="pairs"), n)) for n in (1, 2, 3, 4, 5)] == [1, 1, 3, 6, 10]
 
 
 @pytest.mark.parametrize("n_agents", [1, 2, 3])

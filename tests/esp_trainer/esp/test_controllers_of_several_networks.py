@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.network import Networks
 from esp_trainer.esp.network import play as play_networks
 from esp_trainer.networks.controller import Controller
@@ -44,7 +44,7 @@ def play(controller: Controller, genomes: Any, agent: int, seen: Any) -> tuple[n
 
 
 def made(side: SideConfig, n_opponents: int, n_agents: int, n_actions: int) -> Controller:
-    return make_controller(side, offset_wiring(side, n_opponents, n_agents), n_actions, n_agents)
+    return make_controller(side, wiring_for(side, n_opponents, n_agents), n_actions, n_agents)
 
 
 def filled_up(controller: Controller, *networks: list[float]) -> np.ndarray:

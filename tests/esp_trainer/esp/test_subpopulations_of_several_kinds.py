@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from esp_trainer.config import EspConfig, SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.networks.controller import Controller
 
@@ -25,7 +25,7 @@ def esp(**settings: Any) -> EspConfig:
 
 def made(kind: str, n_opponents: int = 2, n_actions: int = 5, n_agents: int = 3) -> Controller:
     side = SideConfig(controller=kind, n_hidden=3)
-    return make_controller(side, offset_wiring(side, n_opponents, n_agents), n_actions, n_agents)
+    return make_controller(side, wiring_for(side, n_opponents, n_agents), n_actions, n_agents)
 
 
 COMBINER = made("combiner")

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.team import Team, pick
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env import EnvConfig, TeamView, team_view, vector_env
 from predprey_env.agents import other_team
-from predprey_env.config import PLAIN_SIGHT, SIGHT, Sight
+from predprey_env.config import SIGHT_OPTIONS
+from predprey_env.sight import PLAIN_SIGHT, Sight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +34,7 @@ def random_team(role: Role, kind: str, seed: int = 0, sight: Sight = PLAIN_SIGHT
     """A team for the small world."""
     side = SideConfig(**{"controller": kind, "n_hidden": 4, **settings})
     n_agents, n_opponents, n_actions, _ = EnvConfig(**SMALL).team(role)
-    controller = make_controller(side, offset_wiring(side, n_opponents, n_agents, sight), n_actions, n_agents, sight)
+    controller = make_controller(side, wiring_for(side, n_opponents, n_agents, sight), n_actions, n_agents, sight)
     shape = (n_agents // controller.n_together, *controller.shape)
     genomes = np.random.default_rng(seed).uniform(-6, 6, shape)
     return Team(role, side, controller, genomes.astype(np.float32))
@@ -47,7 +48,7 @@ def two_in_step(n_seen: int | None = None) -> Team:
     the first then goes east for the one and north for the other, and the second west and idle.
     """
     side = SideConfig(controller="central", n_hidden=2, output="linear")
-    controller = make_controller(side, offset_wiring(side, 1, 2), 5, 2)
+    controller = make_controller(side, wiring_for(side, 1, 2), 5, 2)
     east_of_first = [9, 0, 0, 0, *np.eye(5)[0], *np.eye(5)[1]]
     north_of_second = [0, 0, 0, 9, *2 * np.eye(5)[2], *2 * np.eye(5)[4]]
     genomes = np.array([[[east_of_first, north_of_second]]], np.float32)
@@ -280,7 +281,7 @@ def test_what_a_team_sees_comes_back_from_its_file(role: Role, kind: str, tmp_pa
     assert loaded.sight == everything
     assert loaded.n_opponents == EnvConfig(**SMALL).team(role).n_opponents
     loaded.check_fits(role, EnvConfig(**SMALL))
-    loaded.check_fits(role, EnvConfig(**SMALL, **dict.fromkeys(SIGHT, True)))
+    loaded.check_fits(role, EnvConfig(**SMALL, **dict.fromkeys(SIGHT_OPTIONS, True)))
     with pytest.raises(ValueError, match=r"^this world has 4 "):
         loaded.check_fits(role, EnvConfig(**{**SMALL, "n_prey" if role == "predators" else "n_predators": 4}))
 

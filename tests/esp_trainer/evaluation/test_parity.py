@@ -19,7 +19,7 @@ from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig, PredPreyEnv
-from predprey_env.config import SIGHT
+from predprey_env.config import SIGHT_OPTIONS
 from predprey_env.envs.team import observed_by
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 
@@ -101,14 +101,14 @@ VARIANTS = {
     "team-mates seen": Switches({"see_teammates": True, "n_prey": 3}),
     "moves seen": Switches({"see_moves": True}),
     "everything seen, monolithic, in turns": Switches(
-        {**dict.fromkeys(SIGHT, True), "move_order": "prey_first"},
+        {**dict.fromkeys(SIGHT_OPTIONS, True), "move_order": "prey_first"},
         {"controller": "monolithic"},
         {"controller": "combiner", "captured_vote": "skip"},
     ),
     "everything seen, central": Switches(
-        dict.fromkeys(SIGHT, True), {"controller": "central"}, {"controller": "pairs", "choice": "drawn"}
+        dict.fromkeys(SIGHT_OPTIONS, True), {"controller": "central"}, {"controller": "pairs", "choice": "drawn"}
     ),
-    "everything seen, against a script": Switches(dict.fromkeys(SIGHT, True), {}, {"policy": "flee_nearest"}),
+    "everything seen, against a script": Switches(dict.fromkeys(SIGHT_OPTIONS, True), {}, {"policy": "flee_nearest"}),
     "wide prey": Switches({}, {}, {"n_hidden": 30}),
     "fixed prey": Switches({}, {}, {"policy": "flee_nearest"}),
     "fixed prey first": Switches({"move_order": "prey_first"}, {}, {"policy": "flee_nearest"}),

@@ -12,7 +12,7 @@ from esp_trainer.cli import main
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.controller import make_controller, offset_wiring
+from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.team import Team
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.exact.chances import ask_in
@@ -28,7 +28,7 @@ HERE = __name__
 
 
 def team(side: SideConfig, n_opponents: int = 2, seed: int = 0) -> Team:
-    controller = make_controller(side, offset_wiring(side, n_opponents), 4)
+    controller = make_controller(side, wiring_for(side, n_opponents), 4)
     genomes = np.random.default_rng(seed).normal(0, 3, (1, *controller.shape)).astype(np.float32)
     return Team("prey", side, controller, genomes)
 

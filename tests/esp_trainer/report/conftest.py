@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
@@ -18,6 +18,8 @@ from esp_trainer.analysis.watch import episodes
 from esp_trainer.cli import main
 from esp_trainer.networks import NETWORKS, network_class
 from esp_trainer.report.matches import rules_in_javascript
+from predprey_env import manhattan, observe, offset_to
+from predprey_env.jit import as_float, rule, store, where
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -116,6 +118,35 @@ def _listening(tab: Tab, file: Path, at: str = "") -> Tab:
     return tab
 
 
+class Near(NamedTuple):
+    """A sight of one's own: opponents beyond some cells are not seen."""
+
+    reach: int = 6
+
+    def n_seen(self, n_agents: int, n_opponents: int) -> int:
+        return 2 * n_opponents
+
+    def groups(self, n_agents: int, n_opponents: int) -> list[list[int]]:
+        return [[2 * i, 2 * i + 1] for i in range(n_opponents)]
+
+    def bounds(self, n_agents: int, n_opponents: int, size: int) -> tuple[int, int]:
+        return -self.reach, self.reach
+
+
+@observe.register(Near)
+@rule
+def near(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:
+    hunts = agent < rules.n_predators
+    first = rules.n_predators if hunts else 0
+    for other in range(first, first + (rules.n_prey if hunts else rules.n_predators)):
+        dx, dy = offset_to(world, agent, other, rules)
+        seen = manhattan(dx, dy) <= sight.reach
+        store(out, row, as_float(where(seen, dx, 0)))
+        store(out, row + 1, as_float(where(seen, dy, 0)))
+        row += 2
+    return row
+
+
 @pytest.fixture(scope="session")
 def blank_tab(browser: Browser, page_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     """A page in whose scope games are played, between all kinds of network; what it shows does not matter."""
@@ -123,7 +154,8 @@ def blank_tab(browser: Browser, page_file: Path, tmp_path_factory: pytest.TempPa
     page, rules = page_file.read_text("utf-8"), rules_in_javascript(floats)
     assert rules in page
     file = tmp_path_factory.mktemp("blank") / "page.html"
-    file.write_text(page.replace(rules, rules_in_javascript(floats, map(network_class, NETWORKS))), "utf-8")
+    every = rules_in_javascript(floats, [*map(network_class, NETWORKS), Near])
+    file.write_text(page.replace(rules, every), "utf-8")
     context = browser.new_context()
     context.set_offline(True)
     yield _listening(Tab(context.new_page()), file)

@@ -186,7 +186,7 @@ def test_a_network_without_a_translation_costs_the_matches_alone(
     runs: list[Path], report: Callable[..., int], tmp_path: Path, data_of: DataOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     respond.register(Odd, _odd)
-    monkeypatch.setattr(matches, "network_kinds", lambda _: [FeedForward, Odd])
+    monkeypatch.setattr(matches, "kinds_in", lambda _: [FeedForward, Odd])
     assert report(runs[0], "--out", tmp_path / "page.html") == 0
     why = "No match can be played here: the rule of Odd has no translation to JavaScript (rules do not hold such"
     assert why in story(tmp_path / "page.html")

@@ -76,6 +76,7 @@ CONFIGS |= {
 }
 CONFIGS["elman"] = sides(SideConfig(network="elman"), SideConfig(network="elman", controller="combiner"))
 CONFIGS["elman against the paper's"] = sides(SideConfig(network="elman", choice="drawn"))
+CONFIGS["a sight of one's own"] = sides(observation="tests.esp_trainer.report.conftest:Near")
 CONFIGS |= {script: sides(prey=SideConfig(policy=script)) for script in SCRIPTS["prey"]}  # type: ignore[arg-type]
 CONFIGS |= {
     controller: sides(

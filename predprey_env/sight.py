@@ -1,0 +1,187 @@
+"""What agents observe: the offsets of the paper with their options, or an observation of your own."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numba.extending import overload
+from numpy.typing import ArrayLike
+
+from predprey_env.jit.generic import Generic
+from predprey_env.jit.values import FloatRows, IntegerRows
+from predprey_env.plugins import find_class
+from predprey_env.settings import brief
+
+SIGHTS = {"offsets": "predprey_env.sight:Sight"}
+"""Name -> class of each observation that ships, as ``module:Class``."""
+
+
+class AnySight(Protocol):
+    """An observation: a named tuple with these methods, and a rule that is registered with :data:`observe`.
+
+    All fields of a sight of your own have defaults. Whether the rule reads the last moves is said by an attribute
+    ``moves``; a sight without one counts as one that does, and the exact game refuses it.
+    """
+
+    def n_seen(self, n_agents: int, n_opponents: int) -> int:
+        """Return the length of an observation of an agent in a team of ``n_agents``; at least 2."""
+        ...
+
+    def groups(self, n_agents: int, n_opponents: int) -> Sequence[Sequence[int]]:
+        """Return the entries of the observation that belong together, in groups of equal length of at least 2.
+
+        A split controller has a network for each group: for each other agent that is seen, for example.
+        """
+        ...
+
+    def bounds(self, n_agents: int, n_opponents: int, size: int) -> tuple[ArrayLike, ArrayLike]:
+        """Return the lowest and the highest values of the entries on a torus of ``size``: a number for all, or one for
+        each.
+        """
+        ...
+
+
+class Sight(NamedTuple):
+    """What the agents of a team observe, in the form that compiled code reads; by default what the paper's observe.
+
+    The fields are those of :class:`~predprey_env.EnvConfig` that begin with ``see_``.
+    """
+
+    teammates: bool = False
+    moves: bool = False
+    identity: bool = False
+    nearest_first: bool = False
+    scaled: bool = False
+
+    def n_others(self, n_agents: int, n_opponents: int) -> int:
+        """Return how many other agents an agent of a team of ``n_agents`` sees."""
+        return n_opponents + (n_agents - 1 if self.teammates else 0)
+
+    def n_seen(self, n_agents: int, n_opponents: int) -> int:
+        """Return the length of an observation of an agent of a team of ``n_agents``."""
+        per_agent = 4 if self.moves else 2
+        return per_agent * self.n_others(n_agents, n_opponents) + (n_agents if self.identity else 0)
+
+    def groups(self, n_agents: int, n_opponents: int) -> list[list[int]]:
+        """Return the entries of each other agent that is seen: its offset, and perhaps its last move."""
+        n_others = self.n_others(n_agents, n_opponents)
+        first = (0, 2 * n_others) if self.moves else (0,)
+        return [[at + 2 * other + axis for at in first for axis in (0, 1)] for other in range(n_others)]
+
+    def bounds(self, n_agents: int, n_opponents: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and the highest values: of offsets, then of last moves and of the identity."""
+        n_offsets = 2 * self.n_others(n_agents, n_opponents)
+        n_moves = n_offsets if self.moves else 0
+        lengths = n_offsets, n_moves, self.n_seen(n_agents, n_opponents) - n_offsets - n_moves
+        half = size // 2
+        lowest, highest = np.array([-half, size - half - 1], np.float32)
+        if self.scaled:
+            scale = np.float32(2) / np.float32(size)
+            lowest, highest = lowest * scale, highest * scale
+        return np.repeat([lowest, -1, 0], lengths), np.repeat([highest, 1, 1], lengths)
+
+
+PLAIN_SIGHT = Sight()
+"""The paper's: offsets to the opponents, in cells."""
+
+
+class _Observe(Generic):
+    """The class of :data:`observe`."""
+
+    def __call__(
+        self, sight: Any, world: Any, moved: IntegerRows, agent: int, rules: Any, out: FloatRows, row: int
+    ) -> int:
+        return int(self.known(sight)(sight, world, moved, agent, rules, out, row))
+
+
+observe = _Observe("observe", "sight")
+"""Function that writes an agent's observation and returns the row after it.
+
+It calls the rule that is registered for exactly the sight's class, ``observe.register(Class)`` above ``@rule``, in
+Python as in compiled code.
+
+Args:
+    sight (AnySight): What agents observe.
+    world (World): Columns ``world.x`` and rows ``world.y`` of all agents, predators first, and which prey are free,
+        ``world.alive``: rows of int32.
+    moved (rows of int32): Last action of every agent, 4 before the first (:data:`predprey_env.config.MOVES`); that of a
+        caught prey means nothing.
+    agent (int): Index of the agent among all agents.
+    rules (Rules): The settings of the world: ``rules.size``, ``rules.n_predators``, ``rules.n_prey`` and others.
+    out (rows of float32): Where to write.
+    row (int): Index of the first row to write.
+"""
+
+
+@overload(observe, jit_options={"nogil": True, "_nrt": False, "forceinline": True})
+def _observe(sight, world, moved, agent, rules, out, row):  # type: ignore[no-untyped-def]
+    implementation = observe.registry.get(getattr(sight, "instance_class", None))
+    if implementation is None:
+        return None
+    return lambda sight, world, moved, agent, rules, out, row: implementation(
+        sight, world, moved, agent, rules, out, row
+    )
+
+
+def options_of(sight: Any) -> dict[str, Any]:
+    """Return the fields of :class:`~predprey_env.EnvConfig` that say which sight a world has."""
+    if isinstance(sight, Sight):
+        return {f"see_{name}": value for name, value in sight._asdict().items()}
+    return {"observation": name_of(sight), **{f"see_{name}": False for name in Sight._fields}}
+
+
+def name_of(sight: Any) -> str:
+    """Return the name of a sight of one's own, ``module:Class``."""
+    return f"{type(sight).__module__}:{type(sight).__qualname__}"
+
+
+def sight_class(name: str) -> type[Any]:
+    """Return the class of a sight by its name in :data:`SIGHTS`, or as ``module:Class``.
+
+    Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol :class:`AnySight`.
+    """
+    found = find_class("observation", name, SIGHTS)
+    fields, defaults = getattr(found, "_fields", None), getattr(found, "_field_defaults", {})
+    if fields is None:
+        raise ValueError(f"observation {name} must be a named tuple, got {found.__name__}")
+    missing = [f"{call}()" for call in ("n_seen", "groups", "bounds") if not callable(getattr(found, call, None))]
+    if missing:
+        raise ValueError(f"observation {name} has no {' and no '.join(missing)}")
+    unset = [field for field in fields if field not in defaults]
+    if unset:
+        raise ValueError(f"observation {name} must have a default for each field, got none for {', '.join(unset)}")
+    if found not in observe.registry:
+        raise ValueError(f"observation {name} has no rule: put @observe.register({found.__name__}) above it")
+    expected = list(inspect.signature(observe.__call__).parameters)
+    rule = observe.registry[found]
+    got = list(inspect.signature(getattr(rule, "py_func", rule)).parameters)
+    if len(got) != len(expected):
+        raise ValueError(f"the rule of observation {name} must take {', '.join(expected)}, got {', '.join(got)}")
+    return found
+
+
+def check_sight(name: str, n_agents: int, n_opponents: int, size: int) -> None:
+    """Raise :class:`ValueError`, in one line, if a sight does not say what it must about a team of some world."""
+    sight = sight_class(name)()
+    try:
+        n_seen, groups = sight.n_seen(n_agents, n_opponents), sight.groups(n_agents, n_opponents)
+        lengths = {len(group) for group in groups}
+        entries = [entry for group in groups for entry in group]
+        bounds = [
+            np.broadcast_to(np.asarray(each, np.float32), n_seen) for each in sight.bounds(n_agents, n_opponents, size)
+        ]
+    except Exception as error:
+        line = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"observation {name} cannot be used: {line}") from None
+    if isinstance(n_seen, bool) or not isinstance(n_seen, (int, np.integer)) or n_seen < 2:
+        raise ValueError(f"n_seen() of observation {name} must return an integer of at least 2, got {brief(n_seen)}")
+    if len(lengths) != 1 or min(lengths) < 2 or not set(entries) <= set(range(n_seen)):
+        expected = f"groups of equal length, at least 2, of entries in 0..{n_seen - 1}"
+        raise ValueError(f"groups() of observation {name} must return {expected}, got {brief(groups)}")
+    if len(bounds) != 2 or not (bounds[0] <= bounds[1]).all():
+        raise ValueError(
+            f"bounds() of observation {name} must return the lowest and the highest values, got {brief(bounds)}"
+        )
