@@ -46,7 +46,7 @@ from predprey_env.policies import SCRIPTS
 
 KINDS = (*FIRST, "race")
 """Presets, without the task."""
-GENERATIONS = {"race-3v2": 600, "race-steppe": 500}
+GENERATIONS = {"race-3v2": 600, "race-steppe": 300}
 """Generations of a run where they are not the preset's. Later prey of ``race-3v2`` are hardly ever caught."""
 SEEDS = (500, 501, 502)
 HELD_OUT = (900, 901, 902)

@@ -29,10 +29,10 @@ from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
 TEAMS = known_teams()
-WITH_ZOO = ("pond", "3v1", "3v2")
+WITH_ZOO = ("pond", "meadow", "3v1", "3v2")
 NAMES = list(TEAMS)
 SHIPPED = zoo.PLACE
-FORM = re.compile(r"(held-out/)?[a-z]+-(3v[12]|pond)/(predators|prey)/seed-\d+-(early|middle|late)")
+FORM = re.compile(r"(held-out/)?[a-z]+-(3v[12]|pond|meadow)/(predators|prey)/seed-\d+-(early|middle|late)")
 
 
 def test_names_say_what_teams_are():
@@ -165,7 +165,7 @@ def test_a_name_that_there_is_not_gets_the_nearest():
 
 
 def test_a_task_that_there_is_not_is_told_with_those_that_there_are():
-    with pytest.raises(ValueError, match=r"^task must be one of 3v1, 3v2, pond, got '2v2'$"):
+    with pytest.raises(ValueError, match=r"^task must be one of 3v1, 3v2, meadow, pond, got '2v2'$"):
         load_zoo("2v2")
 
 
