@@ -124,6 +124,7 @@ def test_agents_see_what_the_rule_writes() -> None:
     assert all(env.observation_space(agent).contains(seen) for agent, seen in observations.items())
 
 
+@pytest.mark.slow
 def test_many_worlds_and_team_views_see_as_single_worlds_do() -> None:
     observation = f"{HERE}:Wide"
     single = team_view("prey", opponent="surround", **TINY, observation=observation)
@@ -142,6 +143,7 @@ def test_many_worlds_and_team_views_see_as_single_worlds_do() -> None:
         assert np.array_equal(np.stack([*seen.values()]), rows[:2])
 
 
+@pytest.mark.slow
 def test_an_opponent_sees_in_its_own_way_in_a_plain_world() -> None:
     """Scratch for observations grows to what an opponent needs."""
     config = sides(preset("paper-3v2"))
@@ -171,6 +173,7 @@ def champion(config: RunConfig) -> Team:
     return Team("predators", config.predators, controller, genomes, {"env": config.env.model_dump()})
 
 
+@pytest.mark.slow
 def test_both_evaluators_play_the_same() -> None:
     config = sides(preset("paper-3v2")).replace(prey=SideConfig(controller="monolithic"))
     evaluators = FusedEvaluator(config.env), predprey_reference(config.env)
@@ -200,6 +203,7 @@ def test_a_team_whose_sight_is_gone_says_so(tmp_path: Path, monkeypatch: pytest.
         Team.load(tmp_path / "team.safetensors")
 
 
+@pytest.mark.slow
 def test_runs_resume_to_the_same_bytes(tmp_path: Path) -> None:
     options = ["--quiet", "--env.observation", f"{HERE}:Wide", "--esp.n_trials", "40"]
     for name, generations in (("whole", "4"), ("resumed", "2")):
