@@ -24,6 +24,9 @@ from esp_trainer.seeding import stream
 SHOWN = tuple(name for name, detector in BEHAVIOURS.items() if detector.of_interaction)
 """Behaviours that a report covers: those between predators and prey."""
 
+SHORTEST = 2 * dating.MIN_LENGTH
+"""Minimum length of a run, in generations, at which a report speaks of phases, of progress and of a winner."""
+
 SEEN = 0.01
 """Minimum rate beyond chance, as a fraction of the episodes, at which a behaviour is reported as having appeared."""
 
@@ -82,6 +85,15 @@ class MeasuredRuns:
     watched: Watched | None = None
 
 
+def why_undated(runs: Sequence[MeasuredRuns]) -> str:
+    """Return why no run has phases, as a clause; empty if one has."""
+    if any(run.phases for run in runs):
+        return ""
+    if not any(run.source.curves for run in runs):
+        return "the log of success is lost"
+    return f"that takes at least {SHORTEST} generations"
+
+
 def never_seen(runs: Sequence[MeasuredRuns]) -> list[str]:
     """Return the behaviours that are defined for the teams but were never seen."""
     watched = [run.watched for run in runs if run.watched]
@@ -110,7 +122,7 @@ def _measure(
     source: RunSource, others: list[History], evaluator: FusedEvaluator, settings: ReportOptions
 ) -> MeasuredRuns:
     curve = source.curves.get("caught", np.empty(0))
-    long_enough = len(curve) >= 2 * dating.MIN_LENGTH
+    long_enough = len(curve) >= SHORTEST
     found = tuple(dating.phases(curve)) if long_enough else ()
     alternation = dating.alternation(curve, np.random.default_rng(0)) if long_enough else None
     history = source.history

@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.phases import Phase
-from esp_trainer.report.measure import SEEN, SHOWN, MeasuredRuns, Watched
+from esp_trainer.report.measure import SEEN, SHOWN, MeasuredRuns, Watched, why_undated
 
 PHASES = 6
 """Maximum number of phases that are shown."""
@@ -47,7 +47,7 @@ def why_no_phases(runs: Sequence[MeasuredRuns]) -> str:
         first = next(len(run.phases) for run in runs if run.watched and len(run.phases) > 1)
         return f"Of {first} phases those that a behaviour sets apart are shown." if first > shown else ""
     if n_phases == 0:
-        return "There are no phases: the run is too short to date them."
+        return f"Nothing can be said of phases: {why_undated(runs)}."
     if n_phases == 1:
         return "There are no phases: success stays at one level."
     return "Phases have no pictures: no behaviour sets one apart from the rest of the run."

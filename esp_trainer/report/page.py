@@ -72,7 +72,7 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
     rules, unplayable = _rules(sources)
-    phases = moments.of_phases(runs)
+    phases, lines = moments.of_phases(runs), story(runs)
     data = {
         "world": matches.world(sources[0].config.env),
         "runs": _teams(runs, playable=not unplayable),
@@ -85,7 +85,8 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         title=escape(_title(sources)),
         subtitle=escape(_subtitle(sources)),
         verdict=escape(verdict(runs)),
-        story="\n".join(_line(line) for line in story(runs)),
+        lines=("one line", "two lines", "three lines", "four lines", "five lines")[len(lines) - 1],
+        story="\n".join(map(_line, lines)),
         missing="\n".join(f"<li>{escape(line)}</li>" for line in [*notes, *unplayable, *_missing(sources)]),
         phases=escape(moments.why_no_phases(runs)),
         config=_config(sources[0].config),

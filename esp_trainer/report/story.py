@@ -9,10 +9,9 @@ import numpy as np
 
 from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
-from esp_trainer.analysis.phases import MIN_LENGTH
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
-from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared, never_seen
-from esp_trainer.report.verdict import NOTABLE, caught_in_words, in_words, script_of, swings, won
+from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared, never_seen, why_undated
+from esp_trainer.report.verdict import NOTABLE, caught_in_words, in_words, script_of, swings, why_unknown, won
 from esp_trainer.types import ROLES, Role
 
 NAMED = 3
@@ -30,8 +29,13 @@ class Line:
 
 def story(runs: Sequence[MeasuredRuns]) -> list[Line]:
     """Return lines about progress, results against other opponents, cycles, phases, and behaviours of the runs."""
-    lines = [_progress(runs), _met_others(runs) or _corners(runs), _circles(runs), _phases(runs), _behaviours(runs)]
-    return [line for line in lines if line]
+    known = [run for run in runs if not why_unknown(run)]
+    of_progress = (
+        [_progress(known), _met_others(known) or _corners(known), _circles(known)]
+        if known
+        else [Line(f"Nothing can be said of progress: {why_unknown(runs[0])}.")]
+    )
+    return [line for line in [*of_progress, _phases(runs), _behaviours(runs)] if line]
 
 
 def _progress(runs: Sequence[MeasuredRuns]) -> Line:
@@ -104,12 +108,8 @@ def _figure(values: list[float], sign: str = "") -> str:
 
 
 def _without_progress(runs: Sequence[MeasuredRuns]) -> Line:
-    """Return the line for runs in which only one side evolved, or that are too short to measure progress."""
+    """Return the line for runs in which only one side evolved."""
     curves = [run.own.caught.ravel() for run in runs if run.own]
-    if not curves:
-        return Line("No champion could be read, so nothing can be said of progress.")
-    if len(curves[0]) == 1:
-        return Line("The champions of one generation say nothing of progress.")
     sixth = max(1, len(curves[0]) // 6)
     early, late = ([float(curve[part].mean()) for curve in curves] for part in (slice(sixth), slice(-sixth, None)))
     script = f"Against the script {script_of(runs[0])}"
@@ -159,7 +159,7 @@ def _circles(runs: Sequence[MeasuredRuns]) -> Line | None:
 def _phases(runs: Sequence[MeasuredRuns]) -> Line:
     dated = [run for run in runs if run.alternation]
     if not dated:
-        return Line(f"The run is too short to find phases: that takes at least {2 * MIN_LENGTH} generations.")
+        return Line(f"Nothing can be said of phases: {why_undated(runs)}.")
     if len(runs) > 1:
         return _phases_of_several(dated)
     (run,) = dated

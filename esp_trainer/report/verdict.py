@@ -11,10 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from esp_trainer.analysis.phases import MIN_LENGTH
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import early_late, progress
-from esp_trainer.report.measure import MeasuredRuns
+from esp_trainer.report.measure import SHORTEST, MeasuredRuns
 from esp_trainer.types import ROLES, Role
 
 NOTABLE = 0.02
@@ -22,6 +21,9 @@ NOTABLE = 0.02
 
 WINDOW = 15
 """Number of generations over which curves of success are averaged."""
+
+FEWEST = 4
+"""Minimum number of generations of a side in the cross-play, as the verdict compares those of its second half."""
 
 _RARE = (50, 20)
 """A side has won if, up to the end, the opponents win fewer than 1 in n prey, for one of these n."""
@@ -71,13 +73,25 @@ def kind_of(run: MeasuredRuns) -> str:
     winner = won(run)
     if winner:
         return f"{winner[0]} won"
-    if run.progress is None or run.own is None or min(run.own.caught.shape) < 4:
-        one_sided = run.own is not None and 1 in run.own.caught.shape and run.own.caught.size > 1
-        return "script" if one_sided else "unknown"
+    if run.own is None or why_unknown(run):
+        return "unknown"
+    if run.progress is None:
+        return "script"
     improving = improving_late(run.own.caught)
     if improving:
         return "both" if len(improving) == 2 else improving[0]
     return "swung" if swings(run) else "stopped"
+
+
+def why_unknown(run: MeasuredRuns) -> str:
+    """Return why nothing can be said of a run's progress, as a clause; empty if something can."""
+    if run.own is None:
+        return "no champion could be read"
+    if len(run.source) < SHORTEST:
+        return f"that takes at least {SHORTEST} generations"
+    if max(run.own.caught.shape) < FEWEST:
+        return f"that takes champions of at least {FEWEST} generations"
+    return ""
 
 
 def swings(run: MeasuredRuns) -> bool:
@@ -89,11 +103,11 @@ def won(run: MeasuredRuns) -> tuple[Role, int, int] | None:
     """Return the side that won, since which generation, and the ``n`` of "fewer than 1 in n"; None if neither won.
 
     Champions met contemporary champions. The fraction of prey that the loser's side of them wins, a running mean over
-    :data:`WINDOW` generations, stays below ``1 / n`` from that generation to the end. A run shorter than two phases has
-    no winner.
+    :data:`WINDOW` generations, stays below ``1 / n`` from that generation to the end. A run of fewer than
+    :data:`SHORTEST` generations has no winner.
     """
     caught = run.source.curves.get("caught", np.empty(0))
-    if len(caught) < 2 * MIN_LENGTH or np.isnan(caught).any():
+    if len(caught) < SHORTEST or np.isnan(caught).any():
         return None
     curve = smooth(caught, WINDOW)
     for n in _RARE:
@@ -135,10 +149,8 @@ def _of_one(run: MeasuredRuns) -> str:
         return f"{role.capitalize()} won: {when} fewer than 1 in {n} {_WON[role]}."
     if kind == "script":
         return _against_script(run)
-    if run.own is None:
-        return "No champion could be read, so nobody can say who improved."
-    if kind == "unknown":
-        return "This run is too short to say who improved."
+    if run.own is None or kind == "unknown":
+        return f"Nobody can say who improved: {why_unknown(run)}."
     late = in_words(early_late(run.own.caught).late_hunt_late)
     said = {
         "both": "Both sides were still improving at the end",

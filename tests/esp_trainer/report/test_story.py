@@ -13,6 +13,7 @@ import pytest
 from esp_trainer.analysis.behaviours.counts import BehaviourRate
 from esp_trainer.analysis.cross_play import CrossPlay
 from esp_trainer.analysis.games import Sides
+from esp_trainer.analysis.history import History
 from esp_trainer.analysis.moments import Moment
 from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import historical_progress
@@ -23,7 +24,7 @@ from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import Line, story
 
 N_EPISODES = 100
-SOURCE = RunSource("run", Path("run"), RunConfig(), 450, None, {}, {}, {}, ())
+SOURCE = RunSource("run", Path("run"), RunConfig(), 450, None, {"caught": np.full(450, 0.4)}, {}, {}, ())
 
 
 def met(caught: np.ndarray) -> CrossPlay:
@@ -33,6 +34,11 @@ def met(caught: np.ndarray) -> CrossPlay:
     none = np.zeros(caught.shape, int)
     generations = np.arange(6) * 10
     return CrossPlay(generations, generations, captured, np.array([N_EPISODES, 0]), none, none, N_EPISODES)
+
+
+def history(n: int) -> History:
+    """A run of this length without champions, whose log is lost."""
+    return History(RunConfig(), {}, {"caught": np.full(n, np.nan)}, np.arange(n))
 
 
 def ladder(predators: float, prey: float) -> np.ndarray:
@@ -198,7 +204,9 @@ def test_of_many_phases_it_names_the_longest() -> None:
 
 
 def test_phases_that_are_not_dated_are_not_passed_over_in_silence() -> None:
-    assert words(run())[3] == "The run is too short to find phases: that takes at least 20 generations."
+    assert words(run())[3] == "Nothing can be said of phases: that takes at least 20 generations."
+    lost = replace(run(), source=replace(SOURCE, curves={}, history=history(450)))
+    assert words(lost)[3] == "Nothing can be said of phases: the log of success is lost."
 
 
 def test_it_names_each_behaviour_once() -> None:
@@ -246,7 +254,7 @@ def test_where_no_phase_is_shown_a_line_says_why() -> None:
     level, two = (Phase(0, 40, 0.2),), (Phase(0, 20, 0.2), Phase(20, 40, 0.4))
     seen = watched(attacker=[0.5] * 4)
     assert why(phases=level, watched=seen) == "There are no phases: success stays at one level."
-    assert why(watched=seen) == "There are no phases: the run is too short to date them."
+    assert why(watched=seen) == "Nothing can be said of phases: that takes at least 20 generations."
     assert why(phases=two, watched=seen) == (
         "Phases have no pictures: no behaviour sets one apart from the rest of the run."
     )
@@ -263,4 +271,18 @@ def test_a_behaviour_shows_where_it_is_seen_most() -> None:
 
 
 def test_without_champions_there_is_nothing_to_say_of_progress() -> None:
-    assert words(MeasuredRuns(SOURCE))[0] == "No champion could be read, so nothing can be said of progress."
+    assert words(MeasuredRuns(SOURCE))[0] == "Nothing can be said of progress: no champion could be read."
+
+
+def test_the_story_of_a_short_run_says_as_little_as_its_verdict() -> None:
+    short = replace(run(), source=SOURCE.first(19))
+    assert words(short) == [
+        "Nothing can be said of progress: that takes at least 20 generations.",
+        "Nothing can be said of phases: that takes at least 20 generations.",
+    ]
+    assert words(short, short)[0] == words(short)[0]
+    assert words(replace(run(), source=SOURCE.first(20)))[0].startswith("Both sides got better")
+    few = met(ladder(0.3, 0.1)[:3, :3])
+    assert words(replace(run(), own=few))[0] == (
+        "Nothing can be said of progress: that takes champions of at least 4 generations."
+    )

@@ -27,7 +27,7 @@ def run(predators: np.ndarray, prey: np.ndarray, curve: np.ndarray | None = None
     none = np.zeros(caught.shape, int)
     rows, columns = (np.arange(n) * 10 for n in caught.shape)
     own = CrossPlay(rows, columns, captured, np.array([1000, 0]), none, none, 1000)
-    curves = {} if curve is None else {"caught": curve}
+    curves = {"caught": np.full(120, 0.3) if curve is None else curve}
     source = RunSource("run", Path("run"), RunConfig(), 120, None, curves, {}, {}, ())
     progress = historical_progress(own.caught) if min(caught.shape) > 1 else None
     return MeasuredRuns(source, own=own, progress=progress)
@@ -67,7 +67,6 @@ def test_a_side_that_is_beaten_has_lost_however_much_it_gained() -> None:
     still = "Both sides were still improving at the end; late predators catch about 1 in 2 late prey."
     assert ending(0.1) == still
     assert ending(0.0, since=1400) == still  # not for the last sixth of the run
-    assert ending(0.0, since=5, n=19) == still  # too short
 
 
 def test_success_that_swings_without_progress_is_no_victory() -> None:
@@ -102,8 +101,18 @@ def test_against_a_script_it_says_whether_the_other_side_learned() -> None:
 
 def test_a_run_of_which_nothing_is_known_has_no_winner() -> None:
     source = run(FLAT, FLAT).source
-    assert verdict([MeasuredRuns(source)]) == "No champion could be read, so nobody can say who improved."
-    assert verdict([run(np.zeros(2), np.zeros(2))]) == "This run is too short to say who improved."
+    assert verdict([MeasuredRuns(source)]) == "Nobody can say who improved: no champion could be read."
+    few = run(RISING[:3], RISING[:3])
+    assert verdict([few]) == "Nobody can say who improved: that takes champions of at least 4 generations."
+
+
+def test_a_short_run_has_no_winner_and_no_progress() -> None:
+    too_short = "Nobody can say who improved: that takes at least 20 generations."
+    for prey in (RISING, np.zeros(1)):  # a side that evolved, and a script
+        assert verdict([run(RISING, prey, np.full(19, 0.3))]) == too_short
+        assert verdict([run(RISING, prey, np.full(20, 0.3))]) != too_short
+    assert verdict([run(RISING, RISING, np.zeros(19))]) == too_short
+    assert verdict([run(RISING, RISING, np.zeros(20))]).startswith("Prey won")
 
 
 def test_fractions_are_told_in_words() -> None:
