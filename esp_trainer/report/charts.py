@@ -24,7 +24,8 @@ from esp_trainer.report.verdict import WINDOW
 from esp_trainer.types import ROLES, Role
 
 Figure: TypeAlias = dict[str, Any]
-"""A chart: ``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``."""
+"""A chart: ``id``, ``title``, ``caption``, and Plotly's ``data`` and ``layout``. ``click`` says what a click does, on
+pages that can play matches."""
 
 _FEW = 10
 """Number of generations of which each has a tick on the axis."""
@@ -142,7 +143,8 @@ def _master(runs: Sequence[MeasuredRuns]) -> Figure:
         "id": "master",
         "title": "Master tournament",
         "caption": "Each generation against all opponents of its run (Nolfi & Floreano 1998): a curve that rises is "
-        "progress. A click on a point plays that generation against the last of the other side.",
+        "progress.",
+        "click": "A click on a point plays that generation against the last of the other side.",
         "data": data,
         "layout": _axes("mean result", range=[0, 1]),
     }

@@ -13,7 +13,7 @@ import numpy as np
 from esp_trainer.analysis.history import CURVES, History, curves_of
 from esp_trainer.analysis.pooling import cut_to_shortest
 from esp_trainer.coevolution.hall_of_fame import kept_generations
-from esp_trainer.coevolution.sides import EvolvingSide, side_config
+from esp_trainer.coevolution.sides import EvolvingSide, side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
@@ -74,10 +74,11 @@ def read(path: Path) -> RunSource:
     Raises:
         FileNotFoundError: There is no run.
         DamagedFileError: The config cannot be read.
-        ValueError: The run has no generation yet.
+        ValueError: The run has no generation yet, or a class of its networks cannot be found.
     """
     directory = RunDirectory(path)
     config = directory.read_config()
+    _check_networks(path, config)
     missing: list[str] = []
     lines = _lines(directory.metrics_file, missing)
     champions, kept = _champions(directory, config, missing)
@@ -99,6 +100,16 @@ def read(path: Path) -> RunSource:
         seconds=_seconds(directory.timing_file, n, missing),
         missing=tuple(missing),
     )
+
+
+def _check_networks(path: Path, config: RunConfig) -> None:
+    """Raise :class:`ValueError`, in one line, unless the networks of a run can be made. No champion plays without."""
+    try:
+        for role in ROLES:
+            if side_config(config, role).policy == "esp":
+                side_controller(config, role)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _lines(log: Path, missing: list[str]) -> list[dict[str, Any]]:

@@ -29,10 +29,10 @@ class Charts {
     this.data = data;
     this.player = player;
     const place = document.querySelector(".charts");
-    for (const { id, title, caption, ...chart } of data.charts) {
+    for (const { id, title, caption, click, ...chart } of data.charts) {
       place.append(element("figure", { id: `chart-${id}` }, [
         element("h3", { textContent: title }), csvButton(id, title, () => csvOfChart(chart)), element("div"),
-        element("figcaption", { textContent: caption }),
+        element("figcaption", { textContent: player && click ? `${caption} ${click}` : caption }),
       ]));
     }
     byId("matrix-figure").querySelector("figcaption").append(

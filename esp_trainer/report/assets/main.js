@@ -57,7 +57,10 @@ function theme(name) {
 }
 
 let linked = false;
-if (!player) document.querySelector(".charts").before(byId("matrix-figure")); // it needs no player
+if (!player) {
+  document.querySelector(".charts").before(byId("matrix-figure")); // it needs no player
+  byId("matrix-click").remove();
+}
 if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
