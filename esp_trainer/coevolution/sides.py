@@ -46,6 +46,17 @@ def side_controller(config: RunConfig, role: Role) -> Controller:
     return make_controller(settings, wiring, shape.n_actions, shape.n_agents, sight)
 
 
+def check_parts(config: RunConfig) -> None:
+    """Raise :class:`ValueError` unless the networks and the algorithms of a run are found and take their options.
+
+    No teams are made, so that a sweep can check its runs before the first one begins.
+    """
+    for role in ROLES:
+        if side_config(config, role).policy == "esp":
+            side_controller(config, role)
+            _algorithm_class(config, role)
+
+
 def new_sides(config: RunConfig, league: League = NO_LEAGUE) -> dict[Role, Side]:
     """Return both sides before the first generation. The champions of a league are guests of their halls of fame."""
     return {role: _new_side(config, role, league) for role in ROLES}
@@ -63,18 +74,26 @@ def _new_side(config: RunConfig, role: Role, league: League) -> Side:
 
 
 def _started(config: RunConfig, role: Role, controller: Controller, n_genomes: int) -> Algorithm:
-    """Return the algorithm of a side before the first generation.
-
-    Raises :class:`ValueError` if there is none of its name, or if it does not take its options.
-    """
-    settings, generator = side_config(config, role), stream(config.seed, f"initial {role}")
-    name, options = settings.algorithm, settings.algorithm_options
+    """Return the algorithm of a side before the first generation."""
+    kind, options = _algorithm_class(config, role), side_config(config, role).algorithm_options
+    generator = stream(config.seed, f"initial {role}")
     try:
-        kind = algorithm_class(name)
-        try:
-            signature(kind.start).bind(config.esp, controller, n_genomes, generator, **options)
-        except TypeError as error:
-            raise ValueError(f"algorithm {name} cannot start with these options: {error}") from None
         return kind.start(config.esp, controller, n_genomes, generator, **options)
     except ValueError as error:
         raise ValueError(f"{role}: {error}") from None
+
+
+def _algorithm_class(config: RunConfig, role: Role) -> type[Algorithm]:
+    """Return the class of a side's algorithm.
+
+    Raises :class:`ValueError` if there is none of its name, or if it does not take its options.
+    """
+    name, options = side_config(config, role).algorithm, side_config(config, role).algorithm_options
+    try:
+        kind = algorithm_class(name)
+        signature(kind.start).bind("config", "controller", "n_genomes", "generator", **options)
+    except ValueError as error:
+        raise ValueError(f"{role}: {error}") from None
+    except TypeError as error:
+        raise ValueError(f"{role}: algorithm {name} cannot start with these options: {error}") from None
+    return kind

@@ -15,6 +15,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Sequence
@@ -24,12 +25,14 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
+from esp_trainer.coevolution.sides import check_parts
 from esp_trainer.config import RunConfig
 from esp_trainer.presets import preset
 from predprey_env.settings import flat, unknown_field
 
 _MOST = 100_000
 _LONGEST_NAME = 255 - len("traceback-.txt")  # file systems allow 255; the longest name made from a run's
+_NO_NAME = r'[<>:"/\\|?*\x00-\x1f]'  # characters that a directory cannot have in its name on every system
 _ENTRIES = ["preset", "seeds", "fields", "conditions"]
 
 
@@ -78,9 +81,19 @@ def plan_of(declared: bytes, file: Path) -> list[PlannedRun]:
                 f"a run is named by its values from lists, in at most {_LONGEST_NAME} characters, got {len(longest)}: "
                 f"give fewer fields as lists, or make several sweeps of it; {longest[:60]}..."
             )
+        _check_parts(plan)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: {error}") from None
     return plan
+
+
+def _check_parts(plan: Sequence[PlannedRun]) -> None:
+    """Raise :class:`ValueError` unless the networks and the algorithms of all runs are found."""
+    for cell, config in {run.cell: run.config for run in plan}.items():  # they do not depend on the seed
+        try:
+            check_parts(config)
+        except ValueError as error:
+            raise ValueError(f"{cell}: {error}") from None
 
 
 def _text(declared: bytes) -> str:
@@ -128,7 +141,7 @@ def _conditions(declared: Any) -> dict[str, dict[str, Any]]:
     if not isinstance(declared, dict) or not all(isinstance(fields, dict) for fields in declared.values()):
         raise ValueError(f"conditions must be tables of fields by name, got {declared!r}")
     for name, fields in declared.items():
-        if not name or set(name) & set("/\\\0") or name.startswith("."):
+        if not name or re.search(_NO_NAME, name) or name.startswith("."):
             raise ValueError(f"a condition must have a name that a directory can have, got {name!r}")
         if "seed" in fields:
             raise ValueError("seed is no field of a condition: say seeds, above")
@@ -184,4 +197,5 @@ def _all(kind: type, expected: str, value: Any) -> list[Any]:
 
 
 def _word(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    """Return a value as a part of a directory's name: ``module:Class`` becomes ``module-Class``."""
+    return str(value).lower() if isinstance(value, bool) else re.sub(_NO_NAME, "-", str(value))

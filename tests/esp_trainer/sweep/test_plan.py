@@ -67,6 +67,13 @@ def test_conditions_have_names_and_their_fields_count_before_those_of_all(tmp_pa
     assert paper == preset("paper-3v1").with_fields({"generations": 9, "seed": 1, "esp.n_trials": 60})
 
 
+def test_the_name_of_a_class_gives_a_name_that_every_system_allows(tmp_path: Path) -> None:
+    elman = "esp_trainer.networks.elman"
+    text = f'preset = "smoke"\n[fields]\nprey.network = ["feedforward", "{elman}:Elman"]'
+    cell = f"smoke-prey.network={elman}-Elman"
+    assert plan_of(text, tmp_path)[1] == (cell, f"{cell}-seed0")
+
+
 def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
     assert [name for _, name in plan_of('preset = "smoke"\nseeds = 3', tmp_path)] == [
         "smoke-seed0",
@@ -113,6 +120,24 @@ def test_seeds_are_a_number_or_a_list(tmp_path: Path) -> None:
         (
             'preset = "smoke"\n[conditions."../a"]',
             "a condition must have a name that a directory can have, got '../a'",
+        ),
+        (
+            'preset = "smoke"\n[conditions."a: b"]',
+            "a condition must have a name that a directory can have, got 'a: b'",
+        ),
+        (
+            'preset = "smoke"\n[fields]\nprey.network = ["elman", "elmann"]',
+            (
+                "smoke-prey.network=elmann: network must be one of feedforward, elman or module:Class, got 'elmann'; "
+                "did you mean elman?"
+            ),
+        ),
+        (
+            'preset = "smoke"\n[conditions.mine]\npredators.algorithm = "nowhere:Mine"',
+            (
+                "mine: predators: algorithm nowhere:Mine cannot be imported: ModuleNotFoundError: No module named "
+                "'nowhere'"
+            ),
         ),
         ('preset = "smoke"\n[conditions.a]\nseed = 1', "seed is no field of a condition: say seeds, above"),
         (
