@@ -10,6 +10,7 @@ import numpy as np
 from esp_trainer.networks.controller import Controller
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
+from predprey_env.settings import counted
 from predprey_env.sight import PLAIN_SIGHT, AnySight
 
 
@@ -78,7 +79,7 @@ class EvolvedTeams:
 
     def __repr__(self) -> str:
         """Return one line, without the arrays."""
-        return f"<EvolvedTeams: {len(self.indices)} trials>"
+        return f"<EvolvedTeams: {counted(len(self.indices), 'trial')}>"
 
     @property
     def identity(self) -> bytes:
@@ -200,7 +201,8 @@ class TrialResult:
 
     def __repr__(self) -> str:
         """Return one line, without the arrays."""
-        return "<TrialResult: {} trials of {} episodes>".format(*self.steps.shape)
+        n_trials, n_episodes = self.steps.shape
+        return f"<TrialResult: {counted(n_trials, 'trial')} of {counted(n_episodes, 'episode')}>"
 
     def fitness_of(self, role: Role) -> Fitness:
         """Return the fitness of one side, ``(n_trials, n_episodes, n_agents of the side)``."""

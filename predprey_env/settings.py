@@ -186,3 +186,8 @@ def brief(value: object) -> str:
     """Return a value's ``repr`` for an error message: on one line and at most about 100 characters long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def counted(n: int, noun: str) -> str:
+    """Return a number and its noun for a message: ``1 run``, ``2 runs``, ``2 prey``."""
+    return f"{n} {noun}{'' if n == 1 or noun == 'prey' else 's'}"

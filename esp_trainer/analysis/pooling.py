@@ -12,7 +12,7 @@ import numpy as np
 from esp_trainer.analysis.history import History
 from esp_trainer.config import RunConfig
 from esp_trainer.run.checkpoint import NO_MATTER
-from predprey_env.settings import flat
+from predprey_env.settings import counted, flat
 
 MAY_DIFFER = {"preset", "seed", *NO_MATTER}  # the preset is only a name
 """Fields in which runs that are measured together may differ."""
@@ -64,7 +64,7 @@ def note_on_champions(histories: Sequence[History]) -> str | None:
     n, kept = min(map(len, histories)), _kept_by_all(histories)
     if all((history.kept < n).sum() == len(kept) for history in histories):
         return None
-    return f"Champions of only {len(kept)} generation{'s' if len(kept) > 1 else ''} are kept by all runs."
+    return f"Champions of only {counted(len(kept), 'generation')} are kept by all runs."
 
 
 def _kept_by_all(histories: Sequence[History]) -> np.ndarray:

@@ -16,6 +16,7 @@ from esp_trainer.benchmark.gauntlet import PARTS, Row, Standing
 from esp_trainer.files import to_json, write, write_text
 from esp_trainer.statistics import in_points
 from esp_trainer.types import Role
+from predprey_env.settings import counted
 
 _HEADS = ("caught [95% interval]", "fitness", "all caught after")
 
@@ -56,7 +57,7 @@ class BenchmarkResult:
 def table(result: BenchmarkResult) -> str:
     """Return the table as text: the rows by part, and their summary."""
     width = max([len(row.opponent) for row in result.rows], default=10) + 2
-    episodes = f"{result.n_episodes} episodes each from held-out starts (seed {result.seed})"
+    episodes = f"{counted(result.n_episodes, 'episode')} each from held-out starts (seed {result.seed})"
     lines = [f"{result.name}: {result.role} of {result.task}, {episodes}"]
     for part in PARTS:
         rows = [row for row in result.rows if row.part == part]

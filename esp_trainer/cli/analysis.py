@@ -16,6 +16,7 @@ from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place
 from esp_trainer.types import Role
+from predprey_env.settings import counted
 
 
 def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | None) -> int:
@@ -51,14 +52,17 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
 
 def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.ndarray]]) -> None:
     config, caught = history.config, own.caught
-    print(f"{run}: {config.preset}, seed {config.seed}, {len(history)} generations")
+    print(f"{run}: {config.preset}, seed {config.seed}, {counted(len(history), 'generation')}")
     if len(history.champions) == 1:  # against a script
         rates = caught.ravel()
         some = rates[np.unique(np.linspace(0, len(rates) - 1, 8).round().astype(int))]
         print(f"  prey caught, from early to late   {' '.join(f'{share:.2f}' for share in some)}")
         return
     corners, both = progress.early_late(caught), progress.historical_progress(caught)
-    print(f"  {caught.shape[0]} x {caught.shape[1]} generations, {own.n_episodes} episodes each; share of prey caught:")
+    print(
+        f"  {caught.shape[0]} x {caught.shape[1]} generations, {counted(own.n_episodes, 'episode')} each; "
+        "share of prey caught:"
+    )
     print(f"    {'':18}early prey   late prey")
     print(f"    early predators   {corners.early_hunt_early:10.2f}  {corners.early_hunt_late:10.2f}")
     print(f"    late predators    {corners.late_hunt_early:10.2f}  {corners.late_hunt_late:10.2f}")
@@ -67,13 +71,14 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
         against = progress.global_progress(met["predators"], met["prey"])
         print(f"  progress against those of the other runs   {_progress(against)}")
     dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
-    print(f"  dominance tournament   {len(dominant)} dominant: generations {', '.join(map(str, dominant))}")
+    number = "generations" if len(dominant) > 1 else "generation"
+    print(f"  dominance tournament   {len(dominant)} dominant: {number} {', '.join(map(str, dominant))}")
     print(f"  who beats whom         {_ladder(caught, own.n_episodes)}")
     game = games.solve_matrix(caught)
     exploit = games.exploitability_of_generations(caught)
     print(
-        f"  as a game              value {game.value:z.2f}; optimal play mixes {game.support.predators} predator and "
-        f"{game.support.prey} prey generations"
+        f"  as a game              value {game.value:z.2f}; optimal play mixes generations: "
+        f"{game.support.predators} of the predators, {game.support.prey} of the prey"
     )
     worst = f"predators {exploit.predators[-1]:z.2f}, prey {exploit.prey[-1]:z.2f}"
     print(f"  the last generation    loses of that, against its worst opponent of the run: {worst}")

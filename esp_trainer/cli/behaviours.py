@@ -13,6 +13,7 @@ from esp_trainer.cli.runs import read_runs
 from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place, write_table
+from predprey_env.settings import counted
 
 _COLUMNS = 7  # generations that fit on a terminal
 
@@ -33,7 +34,10 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
     if table:
         _write(table, runs, shown, names, rates)
     columns = np.unique(np.linspace(0, len(shown) - 1, _COLUMNS).round().astype(int))
-    print(f"{episodes} episodes a generation, champion against champion; rate minus rate by chance, in per cent")
+    print(
+        f"{counted(episodes, 'episode')} a generation, champion against champion; "
+        "rate minus rate by chance, in per cent"
+    )
     print(f"{'generation':22}" + "".join(f"{shown[column]:>8}" for column in columns))
     for name, excess in zip(names, np.moveaxis(100 * rates[..., 2], 1, 0), strict=True):
         cells = "".join(f"{_cell(excess[:, column]):>8}" for column in columns)

@@ -19,6 +19,7 @@ from esp_trainer.files import check_place
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import load_zoo
 from esp_trainer.types import PolicyError, Role
+from predprey_env.settings import counted
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def benchmark(
     except (PolicyError, KeyboardInterrupt):
         if rows:
             save(_result(candidate, name, settings, gauntlet, rows), place)
-            say(f"{len(rows)} of {total} opponents were met; the table so far is in {place}")
+            say(f"{len(rows)} of {counted(total, 'opponent')} met; the table so far is in {place}")
         raise
     result = _result(candidate, name, settings, gauntlet, rows)
     save(result, place)

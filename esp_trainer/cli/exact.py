@@ -19,6 +19,7 @@ from esp_trainer.exact.solution import solve as solve_game
 from esp_trainer.files import check_place
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig
+from predprey_env.settings import counted
 
 _UNITS: tuple[tuple[str, int], ...] = (("days", 86400), ("hours", 3600), ("minutes", 60))
 _WIDTH = 9
@@ -94,7 +95,7 @@ def _words(config: EnvConfig) -> str:
     idle = "" if config.predator_idle else ", predators may not idle"
     order = ", the prey move first" if config.move_order == "prey_first" else ""
     teams = f"{config.n_predators} v {config.n_prey}"
-    return f"a torus of {config.size} x {config.size}, {teams}, {config.max_cycles} steps{idle}{order}"
+    return f"a torus of {config.size} x {config.size}, {teams}, {counted(config.max_cycles, 'step')}{idle}{order}"
 
 
 def _tell_heads(by_even: list[float]) -> None:

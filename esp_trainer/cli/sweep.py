@@ -26,6 +26,7 @@ from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.plan import PlannedRun, plan_of
 from esp_trainer.sweep.pool import Pool, Work
 from esp_trainer.sweep.results import RunResult, is_whole, result_of, table, write_csv
+from predprey_env.settings import counted
 
 _LOOK = 0.25  # seconds between checks of the runs
 
@@ -45,7 +46,8 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         write(out / "sweep.toml", declared)
         todo = [run for run in plan if not is_whole(out / run.name, run)]
         say(
-            f"{len(plan)} runs in {out}" + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
+            f"{counted(len(plan), 'run')} in {out}"
+            + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
         )
         failed, stopped_by = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, 0)
         results = [result_of(out / run.name, run, failed.get(run.name)) for run in plan]
@@ -183,7 +185,7 @@ class _Bars:
             if name in self._bars:
                 self._progress.remove_task(self._bars.pop(name))
             self._progress.console.print(_line(result_of(self._out / name, self._runs[name], reason)), highlight=False)
-        ended = f"{self._ended} of {len(self._runs)} runs"
+        ended = f"{self._ended} of {counted(len(self._runs), 'run')}"
         self._progress.update(self._all, completed=sum(self._done.values()), description=ended)
 
     def _look(self, name: str) -> tuple[list[bytes], bool]:
@@ -205,7 +207,8 @@ class _Bars:
 def _line(result: RunResult) -> str:
     if result.reason:
         return f"{result.run.name}: failed: {result.reason}"
-    return f"{result.run.name}: {result.generations} generations, {result.figures['caught']:.2f} of the prey caught"
+    done = counted(result.generations, "generation")
+    return f"{result.run.name}: {done}, {result.figures['caught']:.2f} of the prey caught"
 
 
 def _tell(results: Sequence[RunResult], out: Path) -> None:

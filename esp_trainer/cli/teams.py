@@ -18,6 +18,7 @@ from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import Contestant, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 from predprey_env.policies.scripted import NUMBERS
+from predprey_env.settings import counted
 
 _OPTIMAL = "optimal:"
 """Prefix of the file of a solved game: optimal play of one of its sides."""
@@ -30,12 +31,12 @@ def evaluate(team: str, against: str, episodes: int, seed: int) -> int:
         raise ValueError(f"optimal play is not evaluated but solved: esp-trainer solve says its value; got {optimal}")
     players, env = pair(team, against)
     captures = match(players["predators"], players["prey"], env, episodes, seed)
-    print(f"{captures.episodes} episodes from held-out starts (seed {seed}), 95% Wilson intervals")
+    print(f"{counted(captures.episodes, 'episode')} from held-out starts (seed {seed}), 95% Wilson intervals")
     print(f"  world              {env.changes}")
     print(f"  prey caught        {captures.caught}")
     print(f"  all prey caught    {captures.predators_succeed}")
     print(f"  no prey caught     {captures.prey_succeed}")
-    print(f"  length             {captures.steps:.1f} of {env.max_cycles} steps")
+    print(f"  length             {captures.steps:.1f} of {counted(env.max_cycles, 'step')}")
     print(f"  fitness            predators {captures.predator_fitness:.2f}, prey {captures.prey_fitness:.2f}")
     print("  prey caught, by how many predators started at an even distance from it:")
     for even, rate in enumerate(captures.caught_by_even):

@@ -29,6 +29,7 @@ from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
 from esp_trainer.run.trainer import Trainer, record
 from esp_trainer.types import ROLES, Evaluator, Role
+from predprey_env.settings import counted
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # number of generations in the closing summary, and in the check for disengagement
@@ -52,7 +53,10 @@ class Players:
         """Return an evaluator with a compiled kernel; a signal during the compilation calls ``undo`` and exits."""
         threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
         if self.address and episodes < 2 * LEAST_EPISODES:
-            say(f"a generation of {episodes} episodes is played here: shards of it would cost more than they bring")
+            say(
+                f"a generation of {counted(episodes, 'episode')} is played here: "
+                "shards of it would cost more than they bring"
+            )
         evaluator = (
             ShardedEvaluator(config.env, threads=threads) if self.address else FusedEvaluator(config.env, threads)
         )
@@ -104,7 +108,7 @@ def resume(directory: Path, generations: int | None, players: Players, following
 def _go_on(trainer: Trainer, following: Following) -> int:
     directory = trainer.directory.path
     if trainer.done == trainer.config.generations:
-        say(f"{directory} has all its {trainer.done} generations; give --generations to go on")
+        say(f"{directory} is complete: {counted(trainer.done, 'generation')}; give --generations to go on")
         return 0
     begun, now = trainer.directory.begun_with(), versions()
     for name in now:
@@ -132,7 +136,7 @@ def _run(trainer: Trainer, following: Following) -> int:
             log.close()
     if stopping.by and trainer.done < trainer.config.generations:
         path = quoted(trainer.directory.path)
-        say(f"stopped after {trainer.done} generations; go on with: esp-trainer resume {path}")
+        say(f"stopped after {counted(trainer.done, 'generation')}; go on with: esp-trainer resume {path}")
         return 128 + stopping.by
     _summarise(trainer, recent)
     return 0
@@ -210,13 +214,13 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
     def mean(values: list[float]) -> str:
         return f"{sum(values) / len(values):.2f}"
 
-    print(f"{trainer.done} generations in {trainer.directory.path}")
+    print(f"{counted(trainer.done, 'generation')} in {trainer.directory.path}")
     if recent:
         caught = mean([g.held_out.caught.rate for g in recent])
         predators = mean([g.held_out.predators_succeed.rate for g in recent])
         prey = mean([g.held_out.prey_succeed.rate for g in recent])
         print(
-            f"last {len(recent)} generations, champion against champion: {caught} of the prey caught; "
+            f"last {counted(len(recent), 'generation')}, champion against champion: {caught} of the prey caught; "
             f"predators catch all in {predators} of the episodes, prey all survive in {prey}"
         )
     players = {

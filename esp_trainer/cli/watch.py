@@ -30,6 +30,7 @@ from esp_trainer.run.directory import RunDirectory, Tail
 from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
+from predprey_env.settings import counted
 
 _PATIENCE = 0.5  # seconds between checks of a run that has nothing new
 _CURVES = {
@@ -141,7 +142,7 @@ def _live(directory: RunDirectory, config: RunConfig, fps: int, keyboard: Keyboa
                     return
             if done >= config.generations:
                 break
-    print(f"{directory.path} has all its {config.generations} generations")
+    print(f"{directory.path} is complete: {counted(config.generations, 'generation')}")
 
 
 def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episode | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from predprey_env.settings import counted
+
 _REMEMBERED = 0.9
 """Factor on earlier results in each generation: they count less and less, as the opponents of the champions change."""
 
@@ -53,7 +55,7 @@ class HallOfFame:
     ) -> None:
         expected = len(kept_generations(done, size))
         if len(champions) != expected:
-            raise ValueError(f"after {done} generations {expected} champions are kept, got {len(champions)}")
+            raise ValueError(f"{expected} champions are kept of {counted(done, 'generation')}, got {len(champions)}")
         self.champions = champions.copy()
         """The run's own champions that are kept; read-only."""
         self.champions.flags.writeable = False

@@ -20,7 +20,7 @@ from predprey_env.agents import PREFIXES, agent_number, other_team
 from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies.protocol import Memories, choose, memory_rows
-from predprey_env.settings import plain
+from predprey_env.settings import counted, plain
 from predprey_env.sight import AnySight, Sight, name_of, sight_class
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
@@ -66,7 +66,7 @@ class Team:
         """Return one line, without the hundreds of weights."""
         origin = self.provenance
         source = [f"{name} {origin[name]}" for name in ("preset", "seed", "generation") if name in origin]
-        return f"<Team: {', '.join([f'{self.n_agents} {self.role}', f'{self.side.controller} networks', *source])}>"
+        return f"<Team: {', '.join([_agents(self.n_agents, self.role), f'{self.side.controller} networks', *source])}>"
 
     def world(self) -> EnvConfig | None:
         """Return the world that the team is for; None if its provenance names none.
@@ -146,10 +146,10 @@ class Team:
             raise ValueError(f"expected {role}, got a team of {self.role}")
         n_agents, n_opponents, n_actions, _ = env.team(role)
         if self.n_agents != n_agents:
-            raise ValueError(f"this world has {n_agents} {role}, got a team of {self.n_agents}")
+            raise ValueError(f"this world has {_agents(n_agents, role)}, got a team of {self.n_agents}")
         if self._last_entry(n_opponents) != self.controller.wiring.max():
             evolved = f"{role} evolved against {self.n_opponents}"
-            raise ValueError(f"this world has {n_opponents} {other_team(role)}, got {evolved}")
+            raise ValueError(f"this world has {_agents(n_opponents, other_team(role))}, got {evolved}")
         if self.controller.n_actions != n_actions:
             got = self.controller.n_actions
             raise ValueError(f"{role} have {n_actions} actions in this world, got a team with {got}")
@@ -250,3 +250,7 @@ def in_every_trial(controller: Controller, genomes: np.ndarray, n_trials: int) -
 def as_candidates(genomes: np.ndarray) -> np.ndarray:
     """Return whole teams ``(n_teams, n_agents, n_networks, n_hidden, n_genes)`` as candidates of each neuron."""
     return np.ascontiguousarray(np.moveaxis(genomes, 0, 3))
+
+
+def _agents(n: int, role: Role) -> str:
+    return counted(n, role.removesuffix("s"))

@@ -23,6 +23,7 @@ from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, name_
 from esp_trainer.analysis.inference import summary
 from esp_trainer.report.comparison_tables import Table
 from esp_trainer.types import ROLES, Role
+from predprey_env.settings import counted
 
 _WINDOW = 15  # generations over which success is averaged, as on the page of a run
 _INCHES = 4.0  # width at which text of 9 points is readable on a phone, where a figure is 300 pixels wide
@@ -69,7 +70,7 @@ def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], n
     n_runs = sum(len(condition.runs) for condition in conditions)
     return Template((place / "comparison.html").read_text("utf-8")).substitute(
         title=escape(title),
-        subtitle=f"{len(conditions)} condition{'s' * (len(conditions) > 1)}, {n_runs} run{'s' * (n_runs > 1)}",
+        subtitle=f"{counted(len(conditions), 'condition')}, {counted(n_runs, 'run')}",
         legend="\n".join(f"<li>{_swatch(i)} {escape(each.name)}</li>" for i, each in enumerate(conditions)),
         notes="\n".join(f"<li>{escape(note)}</li>" for note in notes),
         sections="\n".join(_sections(conditions)),

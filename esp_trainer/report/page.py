@@ -26,7 +26,7 @@ from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import Line, story
 from esp_trainer.report.verdict import verdict
 from esp_trainer.seeding import stream
-from predprey_env.settings import flat
+from predprey_env.settings import counted, flat
 
 _SCRIPTS = (
     *(
@@ -147,8 +147,8 @@ def _subtitle(sources: Sequence[RunSource]) -> str:
     seeds = ", ".join(str(source.config.seed) for source in sources)
     presets = ", ".join(dict.fromkeys(source.config.preset for source in sources))
     return (
-        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {len(sources[0])} generations, {env.n_predators} "
-        f"predators against {env.n_prey} prey on a torus of {env.size} by {env.size}"
+        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {counted(len(sources[0]), 'generation')}, "
+        f"{counted(env.n_predators, 'predator')} against {env.n_prey} prey on a torus of {env.size} by {env.size}"
     )
 
 

@@ -13,6 +13,7 @@ from esp_trainer.analysis.progress import Progress, early_late, two_sided
 from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared, never_seen, why_undated
 from esp_trainer.report.verdict import NOTABLE, caught_in_words, in_words, script_of, swings, why_unknown, won
 from esp_trainer.types import ROLES, Role
+from predprey_env.settings import counted
 
 NAMED = 3
 """Maximum number of phases or behaviours that a line names."""
@@ -189,7 +190,7 @@ def _phases_of_several(dated: Sequence[MeasuredRuns]) -> Line:
     to_and_fro = sum(map(swings, dated))
     return Line(
         f"Success has {many} phase{'s' if counts[-1] > 1 else ''} a run; it swings to and fro in {to_and_fro} of "
-        f"{len(dated)} runs.",
+        f"{counted(len(dated), 'run')}.",
         "To and fro: success crosses its mean more than once, and as often by chance with p of at most 0.05.",
     )
 

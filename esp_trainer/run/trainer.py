@@ -27,6 +27,7 @@ from esp_trainer.run.checkpoint import (
 from esp_trainer.run.directory import Log, RunDirectory, records, versions
 from esp_trainer.run.lock import Lock
 from esp_trainer.types import Evaluator
+from predprey_env.settings import counted
 
 
 class Trainer:
@@ -148,7 +149,9 @@ class Trainer:
             records(self.directory.metrics_file),
         )
         if not self._saved <= saved <= self.done <= len(logged):
-            left = f"{self.directory.path} is no longer as this trainer left it after {self.done} generations"
+            left = (
+                f"{self.directory.path} is no longer as this trainer left it after {counted(self.done, 'generation')}"
+            )
             raise ValueError(f"{left}: go on by Trainer.resume")
         self._saved = saved
         self.directory.rewind(self.done)

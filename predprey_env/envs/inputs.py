@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from predprey_env.settings import plain
+from predprey_env.settings import counted, plain
 
 _MODES = {mode.value.lower(): mode for mode in AutoresetMode}
 
@@ -77,5 +77,5 @@ def read_seeds(seed: int | Sequence[int | None] | None, n_worlds: int) -> list[i
         first = read_seed(seed)
         seeds = [None if first is None else first + world for world in range(n_worlds)]
     if len(seeds) != n_worlds:
-        raise ValueError(f"seed must be an integer or one for each of {n_worlds} worlds, got {len(seeds)}")
+        raise ValueError(f"seed must be an integer or one for each of {counted(n_worlds, 'world')}, got {len(seeds)}")
     return seeds

@@ -18,7 +18,7 @@ from predprey_env.policies.names import SCRIPTS
 from predprey_env.policies.predators import greedy_chase, intercept, parity_chase, surround
 from predprey_env.policies.prey import flee_centroid, flee_nearest, run_straight
 from predprey_env.policies.protocol import Memories, choose
-from predprey_env.settings import plain, whole_number
+from predprey_env.settings import counted, plain, whole_number
 from predprey_env.sight import PLAIN_SIGHT
 
 RANDOM, GREEDY_CHASE, PARITY_CHASE, INTERCEPT, SURROUND, FLEE_NEAREST, FLEE_CENTROID, RUN_STRAIGHT = range(1, 9)
@@ -168,8 +168,8 @@ class ScriptedTeam:
         n_opponents = len(seen) // 2 if self._n_opponents is None else self._n_opponents
         if len(seen) != 2 * n_opponents:
             raise ValueError(
-                f"{self.script} must observe the offsets to {n_opponents} opponents, {2 * n_opponents} numbers, got "
-                f"{len(seen)}: give it env.observe_as(policy.sight)"
+                f"{self.script} must observe the offsets to {counted(n_opponents, 'opponent')}, {2 * n_opponents} "
+                f"numbers, got {len(seen)}: give it env.observe_as(policy.sight)"
             )
         script = Script(NUMBERS[self.script], n_opponents, self.n_actions, self.in_turns)
         number = agent_number(agent)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from predprey_env import EnvConfig
 from predprey_env.config import PAYOFF, SHAPES, Rules
-from predprey_env.settings import Settings
+from predprey_env.settings import Settings, counted
 from predprey_env.sight import Sight
 
 
@@ -187,3 +187,8 @@ def test_compiled_code_reads_every_switch() -> None:
 def test_payoff_and_shapes_are_fields_of_their_own() -> None:
     assert EnvConfig.model_fields.keys() >= PAYOFF | SHAPES
     assert not PAYOFF & SHAPES
+
+
+def test_one_of_something_is_not_told_in_the_plural() -> None:
+    assert [counted(n, "run") for n in (0, 1, 2)] == ["0 runs", "1 run", "2 runs"]
+    assert [counted(n, "prey") for n in (1, 2)] == ["1 prey", "2 prey"]

@@ -22,6 +22,9 @@ function fill(select, options) {
   select.hidden = options.length < 2;
 }
 
+// Return a number and its noun: "1 step", "2 steps".
+const counted = (n, noun) => `${n} ${noun}${n === 1 ? "" : "s"}`;
+
 // Return whether the reader asked for little motion.
 const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 

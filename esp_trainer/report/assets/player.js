@@ -141,7 +141,7 @@ class Player {
     const times = this.match.caughtAt, caught = times.filter((at) => at < Infinity);
     const result = caught.length
       ? `${caught.length} of ${times.length} prey caught, ${caught.length > 1 ? "at steps" : "at step"} ${caught.sort((a, b) => a - b).join(", ")}.`
-      : `No prey is caught in ${this.match.length} steps.`;
+      : `No prey is caught in ${counted(this.match.length, "step")}.`;
     byId("result").textContent = result + this.#onAverage();
     this.on();
   }

@@ -107,13 +107,13 @@ class Yourself {
 
   #hunted({ caughtAt, length }, evolved, name) {
     const count = (times) => times.filter((at) => at < Infinity).length;
-    return `Your team caught ${count(caughtAt)} of ${caughtAt.length} prey in ${length} steps. ` +
-      `With the ${name} in your place it catches ${count(evolved.caughtAt)} in ${evolved.length} steps.`;
+    return `Your team caught ${count(caughtAt)} of ${caughtAt.length} prey in ${counted(length, "step")}. ` +
+      `With the ${name} in your place it catches ${count(evolved.caughtAt)} in ${counted(evolved.length, "step")}.`;
   }
 
   #fled(evolved, steps, name) {
     const yours = this.#caughtAt(), theirs = evolved.caughtAt[this.agent - this.player.env.n_predators];
-    return `${yours < Infinity ? `You were caught at step ${yours}.` : `You escaped for all ${steps} steps.`} ` +
+    return `${yours < Infinity ? `You were caught at step ${yours}.` : `You escaped for ${steps === 1 ? "the only step" : `all ${steps} steps`}.`} ` +
       `The ${name} in your place ${theirs < Infinity ? `is caught at step ${theirs}` : "escapes"}.`;
   }
 

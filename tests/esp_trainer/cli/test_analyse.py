@@ -79,7 +79,8 @@ def test_a_run_is_told_by_the_numbers_of_its_analysis(esp_trainer: Callable[...,
     historical = progress.historical_progress(caught)
     assert line_of(outcome.out, "progress against the run's own opponents") == signed(historical)
     dominant = [own.predators[g] for g in progress.dominant_generations(caught, int(EPISODES))]
-    words = f"{len(dominant)} dominant: generations {', '.join(map(str, dominant))}"
+    number = "generation" if len(dominant) == 1 else "generations"
+    words = f"{len(dominant)} dominant: {number} {', '.join(map(str, dominant))}"
     assert line_of(outcome.out, "dominance tournament") == words
     ladder = 100 * games.decompose(caught, int(EPISODES)).transitive_share
     assert line_of(outcome.out, "who beats whom").startswith(f"{ladder:.0f}% a ladder, {100 - ladder:.0f}% ")

@@ -36,6 +36,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def assert_in_words(text: str) -> None:
     assert "nan" not in re.split(r"[^a-z]+", text)
     assert not re.search(r"-0(\.0+)?(?![.\d])", text), text
+    assert not re.search(r"(?<![\d.-])1 (episode|generation|opponent|phase|predator|run|seed|step)s\b", text), text
 
 
 @pytest.mark.parametrize("few", [["--episodes", "1"], ["--episodes", "1", "--generations", "1"], ["--episodes", "8"]])
@@ -61,7 +62,10 @@ def test_it_is_told_without_a_number_that_is_none(
 def test_where_nothing_is_caught_nothing_is_divided(esp_trainer: Callable[..., Any], place: Path) -> None:
     lines = esp_trainer("analyse", place / "nothing is caught", "--episodes", "8").out.splitlines()
     assert "  who beats whom         no differences beyond chance" in lines
-    assert "  as a game              value 0.00; optimal play mixes 1 predator and 1 prey generations" in lines
+    assert (
+        "  as a game              value 0.00; optimal play mixes generations: 1 of the predators, 1 of the prey"
+        in lines
+    )
     assert lines[-2].endswith("against its worst opponent of the run: predators 0.00, prey 0.00")
 
 

@@ -86,7 +86,7 @@ def test_a_path_is_escaped_where_it_is_no_text(encoding: str, said: str, monkeyp
     for name, errors in (("stdout", "strict"), ("stderr", "backslashreplace")):
         monkeypatch.setattr(sys, name, encoded(encoding, errors))
     assert main(["train", "smoke", "--generations", "1", "--out", path]) == 0
-    assert read(sys.stdout).startswith(f"1 generations in {said}\n")  # type: ignore[arg-type]
+    assert read(sys.stdout).startswith(f"1 generation in {said}\n")  # type: ignore[arg-type]
     assert main(["show", path]) == 1
     assert read(sys.stderr).endswith(f"esp-trainer: {said} is not a file\n")  # type: ignore[arg-type]
 
@@ -97,7 +97,7 @@ def test_a_stream_that_takes_bytes_gets_those_of_a_path(encoding: str, e: bytes,
     monkeypatch.setattr(sys, "stdout", stdout := encoded(encoding, "surrogateescape"))
     assert main(["train", "smoke", "--generations", "1", "--out", os.fsdecode("é-".encode() + b"\xff\xfe")]) == 0
     stdout.flush()
-    assert stdout.buffer.getvalue().splitlines()[0] == b"1 generations in " + e + b"-\xff\xfe"  # type: ignore[attr-defined]
+    assert stdout.buffer.getvalue().splitlines()[0] == b"1 generation in " + e + b"-\xff\xfe"  # type: ignore[attr-defined]
     assert stdout.errors == "surrogateescape"
 
 

@@ -205,7 +205,7 @@ def test_on_a_terminal_it_draws_curves_and_a_chase(smoke_run: Path) -> None:
     assert "prey caught" in shown
     assert "step 0/" in shown
     assert "│" in shown
-    assert f"has all its {n} generations" in shown
+    assert f"is complete: {n} generation" in shown
 
 
 @pytest.mark.slow

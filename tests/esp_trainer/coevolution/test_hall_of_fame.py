@@ -113,7 +113,7 @@ def test_a_hall_holds_no_more_champions_than_its_size():
 
 
 def test_champions_of_another_number_of_generations_are_refused():
-    with pytest.raises(ValueError, match="after 5 generations 3 champions are kept, got 5"):
+    with pytest.raises(ValueError, match="3 champions are kept of 5 generations, got 5"):
         HallOfFame(np.zeros((5, *SHAPE), np.float32), 4, 5)
 
 

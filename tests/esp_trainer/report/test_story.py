@@ -189,7 +189,7 @@ def test_it_dates_phases() -> None:
     assert words(one, to_and_fro, rising)[3] == (
         "Success has 1 to 2 phases a run; it swings to and fro in 1 of 3 runs."
     )
-    assert "Success has 1 phase a run; it swings to and fro in 0 of 1 runs." in words(one, run())[3]
+    assert "Success has 1 phase a run; it swings to and fro in 0 of 1 run." in words(one, run())[3]
 
 
 def test_of_many_phases_it_names_the_longest() -> None:
