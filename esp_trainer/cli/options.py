@@ -53,24 +53,45 @@ def add_players(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tensorboard", action="store_true", help="write event files for TensorBoard too")
 
 
-def add_pair(parser: argparse.ArgumentParser) -> None:
-    """Add the options of commands in which two teams play."""
+def add_team(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the argument of commands that are about a team."""
     parser.add_argument(
         "team",
         metavar="TEAM",
-        help="file from a run's champions/, or team of the zoo; for replay also optimal:FILE, a file of solve",
+        help=f"file from a run's champions/, or team of the zoo (`esp-trainer teams` lists them){more}",
     )
+
+
+def add_pair(parser: argparse.ArgumentParser, seed_of: str, more: str = "") -> None:
+    """Add the options of commands in which two teams play."""
+    add_team(parser, more)
     parser.add_argument("--against", required=True, metavar="TEAM", help="likewise, or a script such as flee_nearest")
-    parser.add_argument("--seed", type=natural, default=0, metavar="N")
+    parser.add_argument("--seed", type=natural, default=0, metavar="N", help=f"seed of {seed_of}; by default 0")
 
 
-def add_runs(parser: argparse.ArgumentParser, generations: int, episodes: int, more: str = "") -> None:
+def add_runs(
+    parser: argparse.ArgumentParser,
+    generations: int,
+    episodes: int,
+    more: str = "",
+    each: str = "pair of teams",
+) -> None:
     """Add the options of commands that measure runs."""
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help=f"directory of a run{more}")
     parser.add_argument(
-        "--generations", type=positive, default=generations, metavar="N", help="number of generations to sample"
+        "--generations",
+        type=positive,
+        default=generations,
+        metavar="N",
+        help=f"number of generations to sample; by default {generations}",
     )
-    parser.add_argument("--episodes", type=positive, default=episodes, metavar="N", help="episodes per pair of teams")
+    parser.add_argument(
+        "--episodes",
+        type=positive,
+        default=episodes,
+        metavar="N",
+        help=f"episodes of each {each}; by default {episodes}",
+    )
 
 
 def add_policy(parser: argparse.ArgumentParser) -> None:

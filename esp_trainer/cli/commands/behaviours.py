@@ -13,7 +13,7 @@ SUMMARY = "measure how often champions show each behaviour, by generation"
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``behaviours``."""
     parser.add_argument("--csv", type=Path, metavar="FILE", help="file for the rates of every generation")
-    add_runs(parser, generations=24, episodes=128)
+    add_runs(parser, generations=24, episodes=128, each="generation")
 
 
 def run(options: argparse.Namespace) -> int:

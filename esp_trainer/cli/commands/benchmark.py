@@ -18,8 +18,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--policy", required=True, metavar="SPEC", help="policy to measure; see below")
     add_policy(parser)
     parser.add_argument("--task", required=True, choices=TASKS, help="world, by the numbers of predators and prey")
-    parser.add_argument("--episodes", type=positive, default=512, metavar="N", help="episodes against each opponent")
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="seed of the starts and of all samples")
+    parser.add_argument(
+        "--episodes", type=positive, default=512, metavar="N", help="episodes against each opponent; by default 512"
+    )
+    parser.add_argument(
+        "--seed", type=natural, default=0, metavar="N", help="seed of the starts and of all samples; by default 0"
+    )
     parser.add_argument("--name", help="name in the tables; by default its SPEC")
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="directory for the results; by default benchmarks/NAME-ROLE-TASK"

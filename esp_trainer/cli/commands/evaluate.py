@@ -11,8 +11,10 @@ SUMMARY = "play many episodes of one team against another, and count captures"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``evaluate``."""
-    parser.add_argument("--episodes", type=positive, default=1000, metavar="N")
-    add_pair(parser)
+    parser.add_argument(
+        "--episodes", type=positive, default=1000, metavar="N", help="number of episodes; by default 1000"
+    )
+    add_pair(parser, "the starts and of all samples")
 
 
 def run(options: argparse.Namespace) -> int:

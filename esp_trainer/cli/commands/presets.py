@@ -12,7 +12,7 @@ SUMMARY = "list the experiments, or all fields of one"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``presets``."""
-    parser.add_argument("preset", nargs="?", metavar="PRESET")
+    parser.add_argument("preset", nargs="?", metavar="PRESET", help="experiment to show; by default all are listed")
 
 
 def run(options: argparse.Namespace) -> int:

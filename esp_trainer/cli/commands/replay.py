@@ -14,7 +14,7 @@ SUMMARY = "show an episode of two teams, as text or as a video"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``replay``."""
-    parser.add_argument("--fps", type=positive, default=12, metavar="N", help="frames a second")
+    parser.add_argument("--fps", type=positive, default=12, metavar="N", help="frames a second; by default 12")
     parser.add_argument(
         "--gif", type=_video(".gif"), metavar="FILE", help="write a GIF, with the names of detected behaviours"
     )
@@ -25,9 +25,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="CELLS",
         help="width of the pictures, which follow the chase; by default they show the whole world",
     )
-    parser.add_argument("--from", dest="first", type=natural, default=0, metavar="STEP", help="first step to show")
-    parser.add_argument("--until", dest="last", type=natural, metavar="STEP", help="last step to show")
-    add_pair(parser)
+    parser.add_argument(
+        "--from", dest="first", type=natural, default=0, metavar="STEP", help="first step to show; by default 0"
+    )
+    parser.add_argument(
+        "--until", dest="last", type=natural, metavar="STEP", help="last step to show; by default the end"
+    )
+    add_pair(parser, "the start and of all samples", ", or optimal:FILE, a file of solve")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -12,8 +12,10 @@ SUMMARY = "continue a run that was stopped"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``resume``."""
-    parser.add_argument("directory", type=Path, metavar="DIR")
-    parser.add_argument("--generations", type=positive, metavar="N", help="total number of generations")
+    parser.add_argument("directory", type=Path, metavar="DIR", help="directory of the run")
+    parser.add_argument(
+        "--generations", type=positive, metavar="N", help="total number of generations, if the run is to be made longer"
+    )
     add_players(parser)
 
 

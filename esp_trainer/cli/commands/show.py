@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 
+from esp_trainer.cli.options import add_team
+
 SUMMARY = "print what a team is and where it came from"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``show``."""
-    parser.add_argument("team", metavar="TEAM")
+    add_team(parser)
 
 
 def run(options: argparse.Namespace) -> int:
