@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -74,6 +75,14 @@ def test_a_run_can_be_resumed_beside_its_page(run: Path, report: Callable[..., i
     page = (run / "report.html").read_bytes()
     assert main(["resume", str(run), "--generations", "25", "--quiet"]) == 0
     assert (run / "report.html").read_bytes() == page
+
+
+def test_every_file_of_a_run_is_explained(run: Path, report: Callable[..., int]) -> None:
+    assert report(run) == 0
+    explained = (Path(__file__).parents[3] / "docs/files.md").read_text("utf-8")
+    kinds = {re.sub(r"\d{5}", "00041", file.relative_to(run).as_posix()) for file in run.rglob("*") if file.is_file()}
+    assert "analysis/cross-play.safetensors" in kinds
+    assert {kind for kind in kinds if f"`{kind.replace('prey', 'predators')}`" not in explained} == set()
 
 
 def test_what_is_missing_stands_on_the_page(run: Path, report: Callable[..., int], capsys: Any) -> None:
