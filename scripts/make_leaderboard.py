@@ -1,9 +1,10 @@
 """Make ``docs/leaderboard.md`` from nothing: scripts, late teams of the zoo, and the learners of ``docs/benchmark.md``.
 
 Each row is made by ``esp-trainer benchmark``, so a row can also be made alone by the command that it holds. It
-takes some six minutes on two cores.
+takes some six minutes on two cores. The page begins with an answer, which is read off its rows.
 
     python scripts/make_leaderboard.py
+    python scripts/make_leaderboard.py --words                      # only write the words again, around the rows
     python scripts/make_leaderboard.py --quick --out runs/board.md  # few rows of few episodes, to see that it works
 """
 
@@ -18,6 +19,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from esp_trainer.benchmark.leaderboard import read, write
 from esp_trainer.cli import main as esp_trainer
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import known_teams
@@ -34,7 +36,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=BOARD, help=f"by default {BOARD}")
     parser.add_argument("--quick", action="store_true", help="few and short rows, to see that it works")
+    parser.add_argument(
+        "--words", action="store_true", help="measure nothing, and write the words around the rows again"
+    )
     options = parser.parse_args()
+    if options.words:
+        write(options.out, read(options.out))
+        return
     options.out.unlink(missing_ok=True)
     todo = list(candidates())
     episodes = EPISODES

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -10,15 +11,21 @@ from esp_trainer.benchmark.gauntlet import PARTS
 from esp_trainer.benchmark.report import BenchmarkResult
 from esp_trainer.files import write_text
 from esp_trainer.statistics import in_points
+from esp_trainer.types import Role
+from predprey_env.policies import SCRIPTS
 from predprey_env.settings import brief
 
-_INTRODUCTION = """# Leaderboard
-
+_TITLE = "# Leaderboard\n\n"
+_INTRODUCTION = """\
 How well policies do against teams that are held out from training, in fractions of the prey: caught for predators, not
 caught for prey; best first. *Held out* are teams of the race presets, *older* those of the first zoo. A row is made by
 the command in it, with `--leaderboard` and the name of this file behind it.
 *policy* is the SHA-256 of the file that holds it, *zoo* that of the teams that it met, both shortened.
 """
+_BEST: dict[Role, str] = {
+    "predators": "the best predators catch {} of the held-out prey",
+    "prey": "the best prey escape {} of the time from held-out predators",
+}
 _BAR = r"\|"
 """Markdown of a bar that is no border of a cell."""
 _HEAD = (
@@ -39,8 +46,34 @@ def append(path: Path, result: BenchmarkResult) -> None:
     row, title = _row(result), f"{result.task}, {result.role}"
     rows = [each for each in tables.get(title, []) if _identity(each) != _identity(row)]
     tables[title] = sorted([*rows, row], key=lambda each: (-float(_cells(each)[1]), each))
+    write(path, tables)
+
+
+def write(path: Path, tables: Mapping[str, Sequence[str]]) -> None:
+    """Write a leaderboard: its answer, its introduction, and the rows under each title, best first."""
     parts = [f"## {title}\n\n{_HEAD}\n" + "\n".join(tables[title]) + "\n" for title in sorted(tables)]
-    write_text(path, "\n".join([_INTRODUCTION, *parts]))
+    write_text(path, "\n".join([f"{_TITLE}{_answer(tables)}\n\n{_INTRODUCTION}", *parts]))
+
+
+def _answer(tables: Mapping[str, Sequence[str]]) -> str:
+    """Return a sentence for each task: how well its best predators and prey do, beside scripts."""
+    clauses: dict[str, list[str]] = {}
+    for title in sorted(tables):
+        task, _, role = title.partition(", ")
+        if tables[title] and role in SCRIPTS:
+            clauses.setdefault(task, []).append(_clause(tables[title], role))
+    return " ".join(f"On `{task}` {', and '.join(both)}." for task, both in clauses.items())
+
+
+def _clause(rows: Sequence[str], role: Role) -> str:
+    """Return how well the best policy of a side does, and the best script, or the best other policy beside a script."""
+    found = [(f"{float(cells[1]):.2f}", cells[-4].strip("`") in SCRIPTS[role]) for cells in map(_cells, rows)]
+    best, scripted = found[0]
+    other = next((score for score, is_script in found if is_script != scripted), None)
+    beside = ["a script"] if scripted else []
+    if other is not None:
+        beside.append(f"the best {'other policy' if scripted else 'script'} {other}")
+    return _BEST[role].format(best) + (f" ({'; '.join(beside)})" if beside else "")
 
 
 def read(path: Path) -> dict[str, list[str]]:
@@ -48,10 +81,12 @@ def read(path: Path) -> dict[str, list[str]]:
 
     Raises :class:`ValueError` if the file holds anything else, which writing the leaderboard would lose.
     """
-    text = path.read_bytes().decode() if path.exists() else _INTRODUCTION
-    if not text.startswith(_INTRODUCTION):
+    text = path.read_bytes().decode() if path.exists() else _TITLE + _INTRODUCTION
+    answer, introduction, rest = text.partition(_INTRODUCTION)
+    # An older release wrote no answer.
+    if not introduction or not re.fullmatch(rf"{_TITLE}(On `\w+` the best .+\n\n)?", answer):
         raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
-    before, *parts = re.split(r"^## (.+)$", text.removeprefix(_INTRODUCTION), flags=re.MULTILINE)
+    before, *parts = re.split(r"^## (.+)$", rest, flags=re.MULTILINE)
     tables: dict[str, list[str]] = {}
     for title, body in zip(["the introduction", *parts[::2]], [before, *parts[1::2]], strict=True):
         lines = [line for line in body.splitlines() if line.strip()]
