@@ -82,7 +82,7 @@ def _of_task(task: str, found: Task) -> str:
             f"## {TASK_TITLES[task]}",
             *([_answer(found["race"])] if "race" in found else []),
             *([_splitting(found)] if {"race", "race-monolithic"} <= found.keys() else []),
-            f"![Level by generation](race/level-{task}.png)",
+            f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
             _table(found, _LEVELS),
             "Gains against the panel: the last sixth of the generations less the first.",
@@ -90,10 +90,13 @@ def _of_task(task: str, found: Task) -> str:
             *([_contrasts(found)] if "race" in found else []),
             _lesser(found),
             *(
-                [f"![Exploiters against the champion](race/exploiters-{task}.png)", _EXPLOITERS]
+                [
+                    f"![What exploiters reach against the champion, by generation](race/exploiters-{task}.png)",
+                    _EXPLOITERS,
+                ]
                 * _has_exploiters(found)
             ),
-            f"![Fresh evolution against frozen champions](race/exploited-{task}.png)",
+            f"![What fresh teams reach against frozen champions, by their generation](race/exploited-{task}.png)",
             "What fresh evolution reaches against the champions of the first, the middle and the last third.",
             _table(found, _EXPLOITED),
             "Behaviours, rate beyond chance, mean over the generations.",
