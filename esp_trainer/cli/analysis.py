@@ -73,7 +73,7 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
     dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
     number = "generations" if len(dominant) > 1 else "generation"
     print(f"  dominance tournament   {len(dominant)} dominant: {number} {', '.join(map(str, dominant))}")
-    print(f"  who beats whom         {_ladder(caught, own.n_episodes)}")
+    print(f"  who beats whom         {_ranking(caught, own.n_episodes)}")
     game = games.solve_matrix(caught)
     exploit = games.exploitability_of_generations(caught)
     print(
@@ -91,10 +91,10 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
         print(f"  alternations           {alternation.count}; by chance as many with p = {alternation.p:.2g}")
 
 
-def _ladder(caught: np.ndarray, episodes: int) -> str:
+def _ranking(caught: np.ndarray, episodes: int) -> str:
     share = games.transitive_share(caught, episodes)
     if not np.isnan(share):
-        return f"{100 * share:.0f}% a ladder, {100 - 100 * share:.0f}% depends on the opponent"
+        return f"{100 * share:.0f}% by a ranking, {100 - 100 * share:.0f}% in circles"
     return "no differences beyond chance" if episodes > 1 else "not known from one episode a pair"
 
 

@@ -145,15 +145,13 @@ def _circles(runs: Sequence[MeasuredRuns]) -> Line | None:
     known = [share for share in shares if not np.isnan(share)]
     if not known:
         return None
-    figures = f"Of who beats whom, {_figure(known)} depends on the opponent."
+    figures = f"{_figure(known)} of the win matrix is cyclic, not explained by a ranking."
     if max(known) < 0.005:
-        return Line("Who beats whom is a ladder of strength: nothing shows that it depends on the opponent.", figures)
+        return Line("Who beats whom follows a ranking: nothing shows that it goes in circles.", figures)
     mean = float(np.mean(known))
     how = "Only a little" if mean < 0.15 else "Part" if mean < 0.5 else "Most"
     return Line(
-        f"{how} of who beats whom depends on the opponent, as in rock, paper, scissors; the rest is a ladder of "
-        "strength.",
-        figures,
+        f"{how} of who beats whom goes in circles, as in rock, paper, scissors; the rest follows a ranking.", figures
     )
 
 

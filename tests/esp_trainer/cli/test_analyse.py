@@ -82,8 +82,8 @@ def test_a_run_is_told_by_the_numbers_of_its_analysis(esp_trainer: Callable[...,
     number = "generation" if len(dominant) == 1 else "generations"
     words = f"{len(dominant)} dominant: {number} {', '.join(map(str, dominant))}"
     assert line_of(outcome.out, "dominance tournament") == words
-    ladder = 100 * games.decompose(caught, int(EPISODES)).transitive_share
-    assert line_of(outcome.out, "who beats whom").startswith(f"{ladder:.0f}% a ladder, {100 - ladder:.0f}% ")
+    ranked = 100 * games.decompose(caught, int(EPISODES)).transitive_share
+    assert line_of(outcome.out, "who beats whom").startswith(f"{ranked:.0f}% by a ranking, {100 - ranked:.0f}% ")
     assert line_of(outcome.out, "as a game").startswith(f"value {games.solve_matrix(caught).value:.2f};")
     worst = games.exploitability_of_generations(caught)
     tail = f"predators {worst.predators[-1]:.2f}, prey {worst.prey[-1]:.2f}"

@@ -116,10 +116,12 @@ def test_a_short_run_has_no_winner_and_no_progress() -> None:
 
 
 def test_fractions_are_told_in_words() -> None:
-    assert [in_words(x) for x in (0.0, 0.03, 0.3, 0.68, 0.99)] == [
+    assert [in_words(x) for x in (0.0, 0.03, 0.3, 0.4, 0.61, 0.68, 0.99)] == [
         "nearly no",
         "about 1 in 50",
         "about 1 in 3",
+        "about 2 in 5",
+        "about 3 in 5",
         "about 2 in 3",
         "nearly all",
     ]
