@@ -45,12 +45,12 @@ def why_no_phases(runs: Sequence[MeasuredRuns]) -> str:
     n_phases = max((len(run.phases) for run in runs), default=0)
     if shown:
         first = next(len(run.phases) for run in runs if run.watched and len(run.phases) > 1)
-        return f"Of {first} phases those that a behaviour sets apart are shown." if first > shown else ""
+        return f"Of {first} phases, those with a behaviour of their own are shown." if first > shown else ""
     if n_phases == 0:
         return f"Nothing can be said of phases: {why_undated(runs)}."
     if n_phases == 1:
         return "There are no phases: success stays at one level."
-    return "Phases have no pictures: no behaviour sets one apart from the rest of the run."
+    return "Phases have no pictures: none has a behaviour of its own."
 
 
 def _inside(watched: Watched, phase: Phase) -> np.ndarray:
@@ -72,9 +72,9 @@ def _of_phase(number: int, watched: Watched, i: int, phase: Phase, name: str) ->
     inside, excess = _inside(watched, phase), watched.excess(name)
     at = max((at for at in np.flatnonzero(inside) if name in watched.moments[at]), key=lambda at: excess[at])
     text = (
-        f"{_definition(name)} It sets generations {phase.start} to {phase.end - 1} apart: it is in "
-        f"{100 * np.nanmean(excess[inside]):z.0f}% of their episodes beyond chance, in "
-        f"{100 * np.nanmean(excess):z.0f}% in the whole run. {phase.mean:.2f} of the prey are caught."
+        f"{_definition(name)} Beyond chance it is seen in {100 * np.nanmean(excess[inside]):z.0f}% of the episodes of "
+        f"generations {phase.start} to {phase.end - 1}, and in {100 * np.nanmean(excess):z.0f}% of all. In this phase "
+        f"{phase.mean:.2f} of the prey are caught."
     )
     title = f"Phase {i + 1}: {name}"
     return {"title": title, "text": text, **_moment(number, watched, int(at), name)}
@@ -101,7 +101,9 @@ def of_behaviours(runs: Sequence[MeasuredRuns], without: Iterable[str] = ()) -> 
             watched = runs[number].watched
             assert watched is not None
             rate = watched.rates[name][at]
-            often = f"In {100 * rate.rate:.0f}% of its generation's episodes, by chance in {100 * rate.null:.0f}%."
+            often = (
+                f"Seen in {100 * rate.rate:.0f}% of this generation's episodes, by chance in {100 * rate.null:.0f}%."
+            )
             text = f"{_definition(name)} {often}"
             found.append({"title": name.capitalize(), "text": text, **_moment(number, watched, at, name)})
     return found

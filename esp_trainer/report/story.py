@@ -221,6 +221,8 @@ def _behaviours(runs: Sequence[MeasuredRuns]) -> Line | None:
         f"Never seen: {', '.join(never)}." if never else "",
     ]
     words = (
-        f"Seen more often than by chance: {named}{more}." if seen else "No behaviour is seen more often than by chance."
+        f"Behaviours seen more often than by chance: {named}{more}."
+        if seen
+        else "No behaviour is seen more often than by chance."
     )
     return Line(words, " ".join(filter(None, figures)))

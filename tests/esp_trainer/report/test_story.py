@@ -212,14 +212,16 @@ def test_phases_that_are_not_dated_are_not_passed_over_in_silence() -> None:
 def test_it_names_each_behaviour_once() -> None:
     seen = watched(attacker=[0.2, 0.3, 0.4, 0.1], baiting=[0.0, 0.03, 0.0, 0.0])
     last = story([run(watched=seen)])[-1]
-    assert last.words == "Seen more often than by chance: attacker."
+    assert last.words == "Behaviours seen more often than by chance: attacker."
     assert last.figures.startswith(
         "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but no more often than by "
         "chance: baiting. Never seen: blocker, "
     )
     assert all(last.figures.count(name) == 1 for name in SHOWN)
     many = watched(attacker=[0.4] * 4, blocker=[0.3] * 4, circling=[0.2] * 4, baiting=[0.1] * 4, herding=[0.1] * 4)
-    assert words(run(watched=many))[-1] == "Seen more often than by chance: attacker, blocker, circling, and 2 more."
+    assert words(run(watched=many))[-1] == (
+        "Behaviours seen more often than by chance: attacker, blocker, circling, and 2 more."
+    )
     assert words(run(watched=watched()))[-1] == "No behaviour is seen more often than by chance."
 
 
@@ -229,12 +231,12 @@ def test_a_phase_shows_what_sets_it_apart() -> None:
     (late,) = moments.of_phases(runs)
     assert late["title"] == "Phase 2: circling"
     assert late["text"] == (
-        "A prey goes round in a small circle, a predator on its tail. It sets generations 20 to 39 apart: it is in 20% "
-        "of their episodes beyond chance, in 10% in the whole run. 0.40 of the prey are caught."
+        "A prey goes round in a small circle, a predator on its tail. Beyond chance it is seen in 20% of the episodes "
+        "of generations 20 to 39, and in 10% of all. In this phase 0.40 of the prey are caught."
     )
     assert (late["generation"], late["behaviour"]) == (20, "circling")
     assert (late["step"], late["until"], late["shown"]) == (5, 9, (0, 17))
-    assert moments.why_no_phases(runs) == "Of 2 phases those that a behaviour sets apart are shown."
+    assert moments.why_no_phases(runs) == "Of 2 phases, those with a behaviour of their own are shown."
     assert [moment["behaviour"] for moment in moments.of_behaviours(runs, without=["circling"])] == ["attacker"]
 
 
@@ -255,9 +257,7 @@ def test_where_no_phase_is_shown_a_line_says_why() -> None:
     seen = watched(attacker=[0.5] * 4)
     assert why(phases=level, watched=seen) == "There are no phases: success stays at one level."
     assert why(watched=seen) == "Nothing can be said of phases: that takes at least 20 generations."
-    assert why(phases=two, watched=seen) == (
-        "Phases have no pictures: no behaviour sets one apart from the rest of the run."
-    )
+    assert why(phases=two, watched=seen) == ("Phases have no pictures: none has a behaviour of its own.")
 
 
 def test_a_behaviour_shows_where_it_is_seen_most() -> None:
@@ -265,7 +265,7 @@ def test_a_behaviour_shows_where_it_is_seen_most() -> None:
     (found,) = moments.of_behaviours(runs)
     assert (found["behaviour"], found["run"], found["generation"]) == ("baiting", 1, 20)
     assert found["title"] == "Baiting"
-    assert "In 30% of its generation's episodes, by chance in 10%." in found["text"]
+    assert "Seen in 30% of this generation's episodes, by chance in 10%." in found["text"]
     assert "baiting" not in never_seen(runs)
     assert "herding" in never_seen(runs)
 
