@@ -17,9 +17,9 @@ from predprey_env.policies import SCRIPTS, predators, prey
 
 ABOUT = """# Scripted teams
 
-Written by `scripts/scripted_teams.py`. They are the floor: a learned team that does not beat them has not learned to
-hunt, or to flee. All see only what agents see, the offsets of their opponents; `random` is deterministic under a seed,
-the others always.
+Scripts are the floor: a learned team that does not beat them has not learned to hunt, or to flee. All see only what
+agents see, the offsets of their opponents; `random` is deterministic under a seed, the others always. This page is
+written by `scripts/scripted_teams.py`.
 
 {scripts}
 
