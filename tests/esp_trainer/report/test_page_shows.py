@@ -32,6 +32,16 @@ def test_the_picture_shows_what_would_be_voted_for_elsewhere(page_file: Path, op
 
 
 @pytest.mark.slow
+def test_what_is_drawn_when_it_is_seen_moves_nothing_below(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file)
+    place = "() => document.querySelector('#moments').getBoundingClientRect().top + scrollY"
+    before = tab(place)
+    tab.page.locator(".wants canvas").scroll_into_view_if_needed()
+    tab.until("document.querySelector('.wants figcaption').textContent.length > 0")
+    assert tab(place) == before
+
+
+@pytest.mark.slow
 def test_it_follows_the_mouse_the_focus_and_the_choice(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     picture, says = tab.page.locator(".wants canvas"), tab.page.locator(".wants figcaption")
