@@ -64,7 +64,8 @@ _IN_SHORT = {
     "predators": "only the predators were still improving at the end",
     "prey": "only the prey were still improving at the end",
     "swung": "success swung to and fro",
-    "stopped": "both sides had stopped improving before the end",
+    "stopped": "no side was still improving at the end",
+    "neither": "neither side improved",
     "script": "one side followed a script",
     "unknown": "nothing can be said of progress",
 }
@@ -79,10 +80,11 @@ def kind_of(run: MeasuredRuns) -> str:
         return "unknown"
     if run.progress is None:
         return "script"
-    improving = improving_late(run.own.caught)
-    if improving:
-        return "both" if len(improving) == 2 else improving[0]
-    return "swung" if swings(run) else "stopped"
+    improved = improving(run.own.caught)
+    late = [role for role in improving(run.own.caught, late=True) if role in improved]
+    if late:
+        return "both" if len(late) == 2 else late[0]
+    return "swung" if swings(run) else "stopped" if improved else "neither"
 
 
 def why_unknown(run: MeasuredRuns) -> str:
@@ -121,14 +123,16 @@ def won(run: MeasuredRuns) -> tuple[Role, int, int] | None:
     return None
 
 
-def improving_late(caught: np.ndarray) -> list[Role]:
-    """Return the sides that improved in the second half of a run, against all opponents of the run.
+def improving(caught: np.ndarray, *, late: bool = False) -> list[Role]:
+    """Return the sides that improved, against all opponents of the run.
 
     Args:
         caught: Fraction of prey caught, ``(G, H)``, at least four generations of each side.
+        late: Look at the second half of the run alone.
     """
     results: dict[Role, np.ndarray] = {"predators": caught, "prey": 1 - caught.T}
-    return [role for role in ROLES if progress(results[role][len(results[role]) // 2 :]).strength > NOTABLE]
+    since = {role: len(results[role]) // 2 if late else 0 for role in ROLES}
+    return [role for role in ROLES if progress(results[role][since[role] :]).strength > NOTABLE]
 
 
 def in_words(fraction: float) -> str:
@@ -154,9 +158,13 @@ def _of_one(run: MeasuredRuns) -> str:
     if run.own is None or kind == "unknown":
         return f"Nobody can say who improved: {why_unknown(run)}."
     late = in_words(early_late(run.own.caught).late_hunt_late)
+    improved = improving(run.own.caught)
     said = {
         "both": "Both sides were still improving at the end",
-        "stopped": "Both sides had stopped improving before the end",
+        "stopped": "Both sides had stopped improving before the end"
+        if len(improved) == 2
+        else f"Only the {''.join(improved)} improved, and stopped before the end",
+        "neither": "Neither side improved",
         "swung": "Neither side got ahead for good: success swung to and fro",
     }.get(kind, f"Only the {kind} were still improving at the end")
     return f"{said}; late predators catch {late} late prey."

@@ -36,6 +36,7 @@ def run(predators: np.ndarray, prey: np.ndarray, curve: np.ndarray | None = None
 FLAT = np.zeros(N)
 RISING = np.linspace(0, 0.4, N)
 EARLY = np.minimum(RISING, 0.2)  # as good in the middle as at the end
+DIPPING = -np.minimum(RISING, RISING[::-1])  # as good at the end as at the beginning, and worse in the middle
 
 
 @pytest.mark.parametrize(
@@ -48,6 +49,13 @@ EARLY = np.minimum(RISING, 0.2)  # as good in the middle as at the end
             "Only the predators were still improving at the end; late predators catch about 2 in 3 late prey.",
         ),
         (FLAT, RISING, "Only the prey were still improving at the end; late predators catch about 1 in 10 late prey."),
+        (
+            EARLY,
+            FLAT,
+            "Only the predators improved, and stopped before the end; late predators catch about 2 in 3 late prey.",
+        ),
+        (FLAT, FLAT, "Neither side improved; late predators catch about 1 in 2 late prey."),
+        (DIPPING, FLAT, "Neither side improved; late predators catch about 1 in 2 late prey."),
         (EARLY, EARLY, "Both sides had stopped improving before the end; late predators catch about 1 in 2 late prey."),
     ],
 )
@@ -74,7 +82,7 @@ def test_success_that_swings_without_progress_is_no_victory() -> None:
     assert verdict([swinging]) == (
         "Neither side got ahead for good: success swung to and fro; late predators catch about 1 in 2 late prey."
     )
-    assert "stopped improving" in verdict([replace(swinging, alternation=Alternation(5, 0.2))])
+    assert verdict([replace(swinging, alternation=Alternation(5, 0.2))]).startswith("Neither side improved; ")
 
 
 def test_several_runs_are_counted() -> None:
