@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-SINGLE_FILE = "ppo_one_team.py", "self_play.py", "mappo.py"
+LONGER = "ppo_one_team.py", "self_play.py", "mappo.py", "openspiel_game.py"
 FILES = sorted(file for file in EXAMPLES.iterdir() if file.suffix in (".py", ".toml"))
 
 
@@ -114,7 +114,7 @@ def test_the_sweep_is_declared_and_runs(tmp_path: Path) -> None:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_an_example_is_short_and_says_how_to_run_it(file: Path) -> None:
     text = file.read_text()
-    assert len(text.splitlines()) <= (150 if file.name in SINGLE_FILE else 60)
+    assert len(text.splitlines()) <= (150 if file.name in LONGER else 60)
     assert f"examples/{file.name}" in text, "its command"
     assert f"[`{file.name}`]({file.name})" in (EXAMPLES / "README.md").read_text(), "its row"
 
