@@ -1,13 +1,13 @@
 """How fast it is beside environments that others wrote: side by side, in one run, as one Markdown table.
 
-    pip install supersuit "pettingzoo[sisl]" mpe2 jaxmarl
+    pip install supersuit "pettingzoo[sisl]" mpe2 jaxmarl agilerl
     python scripts/bench_peers.py > docs/peers.md
 
 A peer that is not installed is reported as such; all are optional.
 
-CPU seconds are medians of the process, with one thread; contenders take turns, each warmed up in its turn. Before
-anything is timed, each is seen to end episodes, and those of many worlds to catch. It takes some minutes; run it on an
-idle machine.
+CPU seconds are medians of the process and of those that it starts, with one thread; contenders take turns, each warmed
+up in its turn. Before anything is timed, each is seen to end episodes, and those of many worlds to catch. It takes some
+minutes; run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -19,12 +19,17 @@ os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL
 os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 os.environ["JAX_PLATFORMS"] = "cpu"
 
-from bench import peers_batched, peers_vectorised, single
+from bench import peers_batched, peers_both, peers_vectorised, single
 from bench.contenders import FULL, QUICK
 from bench.page import measure_and_print
 
-SECTIONS = {"batched": peers_batched.rows, "parallel": single.rows, "vectorised": peers_vectorised.rows}
-PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "jax", "jaxmarl")
+SECTIONS = {
+    "batched": peers_batched.rows,
+    "both": peers_both.rows,
+    "parallel": single.rows,
+    "vectorised": peers_vectorised.rows,
+}
+PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "agilerl", "jax", "jaxmarl")
 
 ANSWER = """\
 In 1,024 worlds `vector_env` makes {ours}, and JaxMARL's `simple_tag` {jax} ({jax_ratio}). Through PettingZoo's API one
@@ -42,13 +47,13 @@ CELLS = {
 }
 ABOUT = """\
 All figures are of this run. A step is a time step of one world, with random actions drawn before; observations, rewards
-and infos are given back, and resets are part of it. Times are medians of CPU seconds of the whole process, taken in
-turns, warm. `ours` is how many times as fast the project's own row is: for JaxMARL `vector_env(1024, ...)` against
-random prey, for the others the row of ours above them.
+and infos are given back, and resets are part of it. Times are medians of CPU seconds of the whole process and of those
+that it starts, taken in turns, warm. `ours` is how many times as fast the project's own row is: the nearest one above,
+and for JaxMARL beside `vector_env` the one of 1,024 worlds against random prey.
 
-Only `team_view()` in SuperSuit and in a loop does the same work, and was checked to. Other games are other work: MPE
-and JaxMARL integrate forces among two obstacles; `pursuit` has a small grid with a wall. Agents see 16 to 20 numbers in
-tag, 147 in `pursuit`, 4 or 6 here.
+Only `team_view()` and `parallel_env()` in SuperSuit, in AgileRL and in loops do the same work, and were checked to.
+Other games are other work: MPE and JaxMARL integrate forces among two obstacles; `pursuit` has a small grid with a
+wall. Agents see 16 to 20 numbers in tag, 147 in `pursuit`, 4 or 6 here.
 """
 
 if __name__ == "__main__":

@@ -52,9 +52,14 @@ PEER_ROWS = (
     "`vector_env(1024, ...)`, predators against evolved prey",
     "`vector_env(1024, ...)`, prey against predators that `parity_chase`",
     "`vector_env(1024, ...)`, prey against evolved predators",
+    "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, a call for each step",
+    "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`",
     "`parallel_vector_env(1024)`, both teams",
     "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, a call for each step",
     "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`",
+    "`parallel_vector_env(16)`, both teams",
+    "a Python loop over `parallel_env()`s, 16 worlds, both teams",
+    "AgileRL `AsyncPettingZooVecEnv`, 16 worlds, both teams",
     "`parallel_env()`, 3 v 2",
     "MPE `simple_tag_v3`, 3 v 2",
     "`team_view()` of 3 predators",
@@ -69,7 +74,7 @@ PEER_ROWS = (
         )
     ),
 )
-PEERS = ("JaxMARL", "SISL", "SuperSuit")
+PEERS = ("JaxMARL", "AgileRL", "SISL", "SuperSuit")
 
 
 def script(name: str, *options: str) -> subprocess.CompletedProcess[str]:

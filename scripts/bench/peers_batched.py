@@ -11,7 +11,7 @@ from bench.contenders import CYCLES, Contender, Scale, check_plays, rows_of, ste
 from bench.jaxmarl import jaxmarl_contenders
 from bench.page import Row
 from bench.workload import random_team
-from predprey_env import PredPreyVectorEnv, parallel_vector_env, vector_env
+from predprey_env import PredPreyVectorEnv, vector_env
 from predprey_env.config import TeamName
 from predprey_env.policies.opponents import Opponent
 
@@ -30,7 +30,6 @@ def rows(scale: Scale) -> list[Row]:
         _ours(WORLDS, "predators", random_team("prey"), "evolved prey (random networks)", scale),
         _ours(WORLDS, "prey", "parity_chase", "predators that `parity_chase`", scale),
         _ours(WORLDS, "prey", random_team("predators"), "evolved predators (random networks)", scale),
-        _both_teams(WORLDS, scale),
     ]
     return rows_of([*contenders, *jaxmarl_contenders(WORLDS, base)], scale.repetitions)
 
@@ -55,17 +54,6 @@ def _ours(n_worlds: int, team: TeamName, opponent: Opponent, who: str, scale: Sc
     what = f"`vector_env({n_worlds}, ...)`, {team} against {who}"
     run = stepping_all(env, random_actions(env), n_calls)
     return Contender(what, n_calls * n_worlds, run, target=target)
-
-
-def _both_teams(n_worlds: int, scale: Scale) -> Contender:
-    env, n_calls, generator = parallel_vector_env(n_worlds), scale.n_calls(n_worlds), np.random.default_rng(0)
-    env.reset(seed=0)
-    actions = [
-        {agent: generator.integers(0, env.single_action_space(agent).n, n_worlds) for agent in env.agents}
-        for _ in range(64)
-    ]
-    what, run = f"`parallel_vector_env({n_worlds})`, both teams from outside", stepping_all(env, actions, n_calls)
-    return Contender(what, n_calls * n_worlds, run, target=TARGET)
 
 
 def _check(team: TeamName, opponent: Opponent) -> None:
