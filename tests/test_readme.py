@@ -83,6 +83,7 @@ def test_the_sweep_is_as_many_runs_as_its_page_says(tmp_path: Path) -> None:
 def test_every_tool_that_is_tried_has_tests_a_snippet_and_a_row() -> None:
     tools = sorted(file.stem for file in (ECOSYSTEM / "requirements").glob("*.txt"))
     assert tools == sorted({file.stem.split("_")[1] for file in ECOSYSTEM.glob("test_*.py")})
+    tools.remove("pyribs")  # breeds teams through the trainer: docs/experiment.md
     snippets = re.findall(r"^<!-- tool: (\w+) -->$", (ROOT / "docs/tools.md").read_text(), re.MULTILINE)
     assert tools == sorted(snippets)
     table = re.search(r"^\| tool .*?\n\n", README, re.DOTALL | re.MULTILINE)
