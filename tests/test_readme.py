@@ -88,10 +88,12 @@ def test_every_tool_that_is_tried_has_tests_a_snippet_and_a_row() -> None:
     assert tools == sorted(snippets)
     table = re.search(r"^\| tool .*?\n\n", README, re.DOTALL | re.MULTILINE)
     assert table is not None
+    listing = (ROOT / "docs/pettingzoo-listing.md").read_text()
     for tool, pinned in [(tool, (ECOSYSTEM / f"requirements/{tool}.txt").read_text()) for tool in tools]:
         version = re.search(r"==(\d+\.\d+)", pinned)
         assert version is not None
         assert f"{version[1]} |" in table[0], tool
+        assert f" {version[1]}" in listing, tool
 
 
 @pytest.mark.parametrize("file", PAGES, ids=_name)
