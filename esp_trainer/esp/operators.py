@@ -50,9 +50,18 @@ def one_point_crossover(
     The parents are two arrays ``(S, n_pairs, G)``. The result is ``(S, 2 * n_pairs, G)``, the children of a pair side
     by side. Only the first ``used`` genes of a subpopulation count, int ``(S,)``.
     """
+    return cross(first, second, draw_cuts(generator, first.shape[1], used))
+
+
+def draw_cuts(generator: np.random.Generator, n_pairs: int, used: np.ndarray) -> np.ndarray:
+    """Sample where the genes of each pair are cut, int ``(S, n_pairs)``: the number of genes before the cut."""
+    return generator.integers(1, used[:, None], (len(used), n_pairs))
+
+
+def cross(first: np.ndarray, second: np.ndarray, cuts: np.ndarray) -> np.ndarray:
+    """Return both children of each pair of gene strings, as :func:`one_point_crossover` does, from their cuts."""
     n_subpopulations, n_pairs, n_genes = first.shape
-    cuts = generator.integers(1, used[:, None, None], (n_subpopulations, n_pairs, 1))
-    head = np.arange(n_genes) < cuts
+    head = np.arange(n_genes) < cuts[:, :, None]
     children = np.stack([np.where(head, first, second), np.where(head, second, first)], axis=2)
     return children.reshape(n_subpopulations, 2 * n_pairs, n_genes)
 
