@@ -228,6 +228,10 @@ class RunConfig(Settings):
     checkpoint_every: int = Field(default=10, ge=1)
     """Number of generations between checkpoints: the most that a killed run loses."""
 
+    genealogy: bool = False
+    """True to keep the parents of every neuron, in `genealogy/`. This changes nothing else in a run. Only the
+    algorithm `esp` can keep them."""
+
     league: str = ""
     """SHA-256 of the league, the champions of other runs that are in the opponent pools; empty without a league."""
 
@@ -248,10 +252,14 @@ class RunConfig(Settings):
 
     @model_validator(mode="after")
     def _plays(self) -> RunConfig:
-        policies: dict[TeamName, str] = {"predators": self.predators.policy, "prey": self.prey.policy}
-        for team, policy in policies.items():
-            if policy not in ("esp", *SCRIPTS[team]):
-                raise ValueError(f"{team}.policy must be one of esp, {', '.join(SCRIPTS[team])}, got {policy!r}")
+        sides: dict[TeamName, SideConfig] = {"predators": self.predators, "prey": self.prey}
+        for team, side in sides.items():
+            if side.policy not in ("esp", *SCRIPTS[team]):
+                raise ValueError(f"{team}.policy must be one of esp, {', '.join(SCRIPTS[team])}, got {side.policy!r}")
+            if self.genealogy and side.policy == "esp" and side.algorithm != "esp":
+                raise ValueError(
+                    f"genealogy must be false with {team}.algorithm {side.algorithm!r}: only esp keeps one"
+                )
         if "esp" not in (self.predators.policy, self.prey.policy):
             raise ValueError("at least one of predators.policy and prey.policy must be 'esp', got two scripts")
         if self.esp.exploiters_every and not (self.esp.past_share or self.champion.n_past):

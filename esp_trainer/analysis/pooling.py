@@ -29,7 +29,7 @@ def check_directories(runs: Sequence[Path]) -> None:
 def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
     """Raise :class:`ValueError` unless the runs have the same config and different seeds.
 
-    Number of generations, preset name and checkpoint interval may differ.
+    Number of generations, preset name, checkpoint interval and genealogy may differ.
     """
     (first_path, first), *others = runs
     seeds = {first.seed: first_path}

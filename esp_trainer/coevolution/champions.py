@@ -29,6 +29,8 @@ class Contenders:
     """float32 ``(n_teams, n_agents, n_networks, n_hidden, n_genes)``, copied."""
     scores: Fitness = field(repr=False)
     """Fitness of each team in its trial, mean over agents, ``(n_teams,)``."""
+    trials: np.ndarray = field(repr=False)
+    """Index of each team's trial, int ``(n_teams,)``."""
 
     def as_teams(self, which: np.ndarray) -> EvolvedTeams:
         """Return a batch with one of the teams in each trial: those in the places ``which``, int ``(n_trials,)``."""
@@ -45,6 +47,8 @@ class Champion:
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     score: float
     """Mean fitness against all contenders of the other side and past champions, or in its trial (``argmax``)."""
+    trial: int
+    """Index of the trial that the team is from."""
 
     def as_teams(self, n_trials: int) -> EvolvedTeams:
         """Repeat the champion for each trial of a batch."""
@@ -55,7 +59,7 @@ def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contender
     """Return the teams with the highest ``fitness``, ``(n_trials, n_agents)``, averaged over agents."""
     scores = fitness.mean(axis=1)
     best = np.argsort(-scores, kind="stable")[:n_teams]
-    return Contenders(teams.controller, pick(teams, best), scores[best])
+    return Contenders(teams.controller, pick(teams, best), scores[best], best)
 
 
 def choose_champions(
@@ -72,7 +76,7 @@ def choose_champions(
     contenders also play.
     """
     if config.method == "argmax":
-        return {role: Champion(c.controller, c.genomes[0], float(c.scores[0])) for role, c in contenders.items()}
+        return {role: _champion(c, 0, float(c.scores[0])) for role, c in contenders.items()}
     counts = [len(contenders[role].scores) if role in contenders else 1 for role in ROLES]
     which = dict(zip(ROLES, np.indices(counts).reshape(2, -1), strict=True))
     teams: dict[Role, TeamBatch] = {role: side.as_teams(len(which[role])) for role, side in fixed.items()}
@@ -90,8 +94,12 @@ def choose_champions(
             earned = np.concatenate([earned, against_past], axis=1)
         scores = earned.mean(axis=1)
         best = int(scores.argmax())
-        champions[role] = Champion(side.controller, side.genomes[best], float(scores[best]))
+        champions[role] = _champion(side, best, float(scores[best]))
     return champions
+
+
+def _champion(side: Contenders, place: int, score: float) -> Champion:
+    return Champion(side.controller, side.genomes[place], score, int(side.trials[place]))
 
 
 def _meet_past(

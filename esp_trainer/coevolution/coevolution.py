@@ -19,6 +19,7 @@ from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
 from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, summarise
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.signal import Signal, ties
+from esp_trainer.esp.subpopulations import Parents, Subpopulations
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Captures, count_captures
 from esp_trainer.types import (
@@ -30,6 +31,17 @@ from esp_trainer.types import (
     TrialBatch,
 )
 from predprey_env.agents import other_team
+
+
+class Bred(NamedTuple):
+    """The parents of the neurons that one side bred."""
+
+    parents: Parents
+    """Parents of the new neurons. Past champions are named by their generation."""
+    champion: np.ndarray
+    """Slot of each neuron of the generation's champion before it bred, int ``(S,)``."""
+    burst: bool
+    """True if the side then started again around this champion."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +61,8 @@ class Generation:
     """Wall time of each phase, in seconds."""
     exploited: dict[Role, float] = field(default_factory=dict)
     """Fraction of the prey caught by each side's new exploiter, or from it, if the generation brought any."""
+    bred: dict[Role, Bred] = field(default_factory=dict)
+    """Parents of each side's new neurons, if the run keeps them."""
 
 
 class Exploiter(NamedTuple):
@@ -97,6 +111,8 @@ class Coevolution:
         """
         begun = perf_counter()
         populations = {role: deepcopy(side.algorithm) for role, side in self.evolving.items()}
+        if self.config.genealogy:
+            _keep_parents(populations)
         asked = {role: each.ask(self._stream(f"{role} ask", number)) for role, each in populations.items()}
         asked_at = perf_counter()
         parts = self._play_trials(asked, number)
@@ -112,6 +128,7 @@ class Coevolution:
         exploited = perf_counter()
         spreads = {role: each.spread() for role, each in populations.items()}
         sides, signals = self.sides.copy(), {}
+        bred: dict[Role, Bred] = {}
         for role, population in populations.items():
             before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
             share = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
@@ -119,7 +136,11 @@ class Coevolution:
             fame = fames[role].with_champion(champions[role].genomes)
             if role in exploiters:
                 fame = fame.with_guest(exploiters[role].genomes)
-            sides[role] = self._bred(before, population, fame, champions[role], breeding)
+            sides[role] = after = self._bred(before, population, fame, champions[role], breeding)
+            if isinstance(population, Subpopulations) and population.parents:
+                champion = asked[role].indices[champions[role].trial].reshape(-1)
+                bred[role] = Bred(_by_generation(population.parents, before), champion, burst=after.best == -np.inf)
+                population.parents = None
         seconds = {
             "trials": played - asked_at,
             "champions": chosen - played,
@@ -129,7 +150,7 @@ class Coevolution:
         caught = {role: each.caught for role, each in exploiters.items()}
         if self.config.esp.exploiters_every:
             seconds["exploiters"] = exploited - measured
-        return Generation(number, trials, champions, spreads, signals, held_out, seconds, caught), sides
+        return Generation(number, trials, champions, spreads, signals, held_out, seconds, caught, bred), sides
 
     def _exploiting(self, number: int) -> Collection[Role]:
         """Return the sides that get an exploiter after a generation."""
@@ -142,7 +163,10 @@ class Coevolution:
         seed = int(self._stream(f"{role} exploiter", number).integers(2**63))
         alone = {"past_share": 0.0, "past_each_episode": False, "exploiters_every": 0, "burst_after": 0}
         config = self.config.replace(
-            seed=seed, esp=self.config.esp.replace(**alone), champion=self.config.champion.replace(n_past=0)
+            seed=seed,
+            genealogy=False,
+            esp=self.config.esp.replace(**alone),
+            champion=self.config.champion.replace(n_past=0),
         )
         run = Coevolution(config, {**new_sides(config), opponent: champions[opponent]}, self.evaluator)
         generations = map(run.step, range(config.esp.exploiter_generations))
@@ -239,6 +263,21 @@ class Coevolution:
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
         result = play(self.evaluator, self._batch(teams, self._held_out))
         return count_captures(result, self._even, self.config.env.n_predators)
+
+
+def _keep_parents(populations: Mapping[Role, Algorithm]) -> None:
+    """Have all populations keep the parents of their neurons; raise :class:`ValueError` if one cannot."""
+    for role, population in populations.items():
+        if not isinstance(population, Subpopulations):
+            raise ValueError(f"genealogy must be false: the {role} are bred by {type(population).__name__}, not by esp")
+        population.keeps_parents = True
+
+
+def _by_generation(parents: Parents, side: EvolvingSide) -> Parents:
+    """Return the parents with past champions named by their generation instead of their place in the hall of fame."""
+    fame = side.hall_of_fame
+    own = np.append(fame.generations[len(fame.guests) :], -1)  # the last, for place -1, is none
+    return parents._replace(past=own[parents.past])
 
 
 def _remember(fame: HallOfFame, role: Role, parts: dict[Role, list[Part]]) -> HallOfFame:

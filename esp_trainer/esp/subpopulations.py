@@ -8,6 +8,7 @@ part in a trial share the team's fitness.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,22 @@ from esp_trainer.esp.estimates import Estimates
 from esp_trainer.esp.signal import Variance
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Fitness, Genomes
+
+
+class Parents(NamedTuple):
+    """Parents of the neurons that one generation bred, in ``S`` subpopulations. Slots are indices of neurons."""
+
+    elite: np.ndarray
+    """Slot of each breeding neuron, the first parent of its pair, int ``(S, n_elite)``."""
+    mates: np.ndarray
+    """Slot of its mate, int ``(S, n_elite)``."""
+    past: np.ndarray
+    """Place in the hall of fame of the past champion that is the mate instead, for the last ``hof_mates`` pairs: int
+    ``(S, hof_mates)``; -1 where there is none."""
+    cuts: np.ndarray
+    """Number of genes before the cut of each pair, int ``(S, n_elite)``."""
+    children: np.ndarray
+    """Slots that the children took, those of a pair side by side, int ``(S, 2 * n_elite)``."""
 
 
 class Subpopulations:
@@ -43,6 +60,10 @@ class Subpopulations:
         self._used = np.tile(np.repeat(controller.used_genes, n_hidden), len(genomes))  # genes in use
         self.estimates = estimates or Estimates.none(len(self._used), config.subpopulation_size)
         self._asked: np.ndarray | None = None
+        self.keeps_parents = False
+        """True if :attr:`parents` is filled by :meth:`tell`."""
+        self.parents: Parents | None = None
+        """Parents of the neurons that were bred last, if they are kept."""
 
     @classmethod
     def start(
@@ -124,17 +145,21 @@ class Subpopulations:
         config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
         each = np.arange(len(ranks))[:, None]
         elite = genes[each, ranks[:, : config.n_elite]]
-        mates = elite[each, operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)]
+        mated = operators.draw_mates(generator, len(ranks), config.n_elite, config.mate)
+        mates, drawn = elite[each, mated], np.full((len(ranks), config.hof_mates), -1)
         if len(champions) and config.hof_mates:  # the lowest-ranked pairs mate with a past champion's neuron
             drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
             mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
-        children = operators.one_point_crossover(generator, elite, mates, self._used)
+        cuts = operators.draw_cuts(generator, config.n_elite, self._used)
+        children = operators.cross(elite, mates, cuts)
         mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
         operators.mutate(generator, children, self._used, *mutation)
         places = ranks[:, : -2 * config.n_elite - 1 : -1]  # the worst neurons, from the bottom up
         genes[each, places] = children
         if config.memory:
             self.estimates = self.estimates.without(places)
+        if self.keeps_parents:
+            self.parents = Parents(ranks[:, : config.n_elite], ranks[each, mated], drawn, cuts, places)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the genes, and with ``memory`` the estimates."""

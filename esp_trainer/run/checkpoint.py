@@ -19,7 +19,7 @@ from esp_trainer.config import RunConfig
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import Role, ScriptedTeams
 
-NO_MATTER = ("generations", "checkpoint_every")
+NO_MATTER = ("generations", "checkpoint_every", "genealogy")
 """Settings that affect no generation."""
 
 
@@ -45,7 +45,7 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
             progress[role] = {"best": best, "stagnant": side.stagnant}
     algorithms = {role: _algorithm(side) for role, side in sides.items()}
     header = {
-        "config": config.model_dump(),
+        "config": config.model_dump(exclude={"genealogy"}),  # the same bytes with and without it
         "generations": generations,
         "sides": progress,
         "algorithms": algorithms,

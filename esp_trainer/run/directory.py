@@ -8,6 +8,7 @@
 | ``checkpoint.safetensors``          | the state that the next generation follows from                          |
 | ``league.safetensors``              | champions of other runs in the opponent pools, if there are any          |
 | ``champions/predators-00041.safetensors`` | each generation's champion of each side; see ``esp.hof_size`` |
+| ``genealogy/predators.bin``         | the parents of every neuron of each side, if ``genealogy`` is set        |
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ class RunDirectory:
         self.checkpoint_file = self.path / "checkpoint.safetensors"
         self.league_file = self.path / "league.safetensors"
         self.champions = self.path / "champions"
+        self.genealogy = self.path / "genealogy"
         self._lock: Lock | None = None
         self._made: list[Path] = []
 
@@ -146,6 +148,10 @@ class RunDirectory:
         """Return the path of a generation's champion."""
         return self.champions / f"{role}-{generation:05d}.safetensors"
 
+    def genealogy_file(self, role: Role) -> Path:
+        """Return the path of a side's genealogy."""
+        return self.genealogy / f"{role}.bin"
+
     def rewind(self, generations: int) -> None:
         """Go back to a checkpoint after some generations: delete later lines and champions, and half-written files."""
         kept = whole_lines(self.metrics_file)[:generations]
@@ -177,20 +183,24 @@ class RunDirectory:
 
 
 class Log:
-    """A file of JSON lines, one for each generation."""
+    """A file of records, one for each generation."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file = path.open("ab")
 
     def append(self, record: dict[str, Any]) -> None:
-        """Add a line."""
+        """Add a line of JSON."""
+        self.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+
+    def write(self, record: bytes) -> None:
+        """Add a record."""
         with naming(self._path):
-            self._file.write(json.dumps(record, allow_nan=False).encode() + b"\n")
+            self._file.write(record)
             self._file.flush()
 
     def sync(self) -> None:
-        """Wait until all lines are on disk, where the system can."""
+        """Wait until all records are on disk, where the system can."""
         with naming(self._path):
             sync(self._file.fileno())
 

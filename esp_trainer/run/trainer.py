@@ -25,6 +25,8 @@ from esp_trainer.run.checkpoint import (
     save_checkpoint,
 )
 from esp_trainer.run.directory import Log, RunDirectory, records, versions
+from esp_trainer.run.genealogy import GenealogyLog
+from esp_trainer.run.genealogy import rewind as rewind_genealogy
 from esp_trainer.run.lock import Lock
 from esp_trainer.types import Evaluator
 from predprey_env.settings import counted
@@ -85,6 +87,7 @@ class Trainer:
             if done > wanted.generations:
                 raise ValueError(f"generations must be at least the {done} that this run has done, got {generations}")
             directory.rewind(done)
+            rewind_genealogy(directory, wanted, done)
             _keep_champions(directory, wanted, done)
             if wanted != config:
                 directory.write_config(wanted)
@@ -125,19 +128,21 @@ class Trainer:
                 self._write_checkpoint()  # so that resume refuses a user's own algorithm from the beginning
             metrics = held.enter_context(closing(Log(self.directory.metrics_file)))
             timing = held.enter_context(closing(Log(self.directory.timing_file)))
+            genealogy = held.enter_context(closing(GenealogyLog(self.directory, self.config)))
             while self.done < self.config.generations and not self._stopping:
                 generation, sides = self.coevolution.play(self.done)
                 begun = perf_counter()
                 held_out = generation.held_out.as_dict()
                 self._save_champions(generation, held_out)
+                genealogy.append(generation.number, generation.bred)
                 metrics.append(record(generation, held_out))
                 self.coevolution.sides = sides  # from here on the generation counts
                 if self.done % self.config.checkpoint_every == 0:
-                    self._save_checkpoint(metrics)
+                    self._save_checkpoint(metrics, genealogy)
                 seconds = {**generation.seconds, "files": perf_counter() - begun}
                 timing.append({"generation": generation.number, **{k: round(v, 6) for k, v in seconds.items()}})
                 yield generation
-            self._save_checkpoint(metrics)
+            self._save_checkpoint(metrics, genealogy)
 
     def _take_up(self) -> None:
         """Lock the directory again after an earlier call, and undo the generation that the call left unfinished."""
@@ -155,6 +160,7 @@ class Trainer:
             raise ValueError(f"{left}: go on by Trainer.resume")
         self._saved = saved
         self.directory.rewind(self.done)
+        rewind_genealogy(self.directory, self.config, self.done)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the running loop out of copies and pickles."""
@@ -164,11 +170,12 @@ class Trainer:
         self._stopping = False
         self._lock.release()
 
-    def _save_checkpoint(self, metrics: Log) -> None:
+    def _save_checkpoint(self, *logs: Log | GenealogyLog) -> None:
         """Write a checkpoint, unless there is one of this generation already."""
         if self._saved == self.done:
             return
-        metrics.sync()  # the log and the champions must be on disk before a checkpoint that counts them
+        for log in logs:  # they and the champions must be on disk before a checkpoint that counts them
+            log.sync()
         sync_directory(self.directory.champions)
         self._write_checkpoint()
         _keep_champions(self.directory, self.config, self.done)

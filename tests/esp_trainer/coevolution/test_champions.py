@@ -22,7 +22,7 @@ RNG = np.random.default_rng
 def numbered(n_teams: int, n_agents: int) -> Contenders:
     """Teams whose genes are their numbers; the trials liked the first best."""
     genomes = np.arange(n_teams, dtype=np.float32)[:, None, None, None, None] * np.ones((n_agents, 1, 2, 6), np.float32)
-    return Contenders(CONTROLLER, genomes, -np.arange(n_teams, dtype=float))
+    return Contenders(CONTROLLER, genomes, -np.arange(n_teams, dtype=float), 100 + np.arange(n_teams))
 
 
 def number_of(genomes: np.ndarray | None) -> np.ndarray:
@@ -173,6 +173,6 @@ def test_past_champions_that_all_contenders_meet_count_as_much_as_contenders_do(
 
 def test_a_champion_can_play_every_trial_of_a_batch(members: Any):
     genomes = np.arange(PREY * 12, dtype=np.float32).reshape(PREY, 1, 2, 6)
-    teams = Champion(CONTROLLER, genomes, 1.0).as_teams(4)
+    teams = Champion(CONTROLLER, genomes, 1.0, 0).as_teams(4)
     assert (members(teams) == genomes).all()
     assert members(teams).shape == (4, *genomes.shape)

@@ -49,6 +49,7 @@ VARIANTS = {
         **{"past_share": 0.5, "past_choice": "contested", "past_each_episode": True},
     ).replace(champion=SMOKE.champion.replace(n_past=3)),
     "exploiters": _esp(past_share=0.5, past_choice="hard", exploiters_every=4, exploiter_generations=2),
+    "a genealogy": _esp(burst_after=3, hof_size=5).replace(genealogy=True),
     "mixed, burst, scripted prey": _esp(pairing="mixed", burst_after=2).replace(
         prey=SMOKE.prey.replace(policy="flee_nearest")
     ),
@@ -415,7 +416,7 @@ def test_every_champion_is_a_team_that_says_where_it_came_from(tmp_path: Path, s
             assert team.side == config.predators
             assert (team.genomes == champion.genomes).all()
             assert team.provenance == {
-                **config.model_dump(exclude={"generations", "checkpoint_every"}),
+                **config.model_dump(exclude={"generations", "checkpoint_every", "genealogy"}),
                 "version": predprey_env.__version__,
                 "generation": generation.number,
                 "score": champion.score,
