@@ -9,6 +9,7 @@ import numpy as np
 from esp_trainer.analysis import games, phases, plots, progress
 from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
+from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.cli.runs import read_runs
@@ -43,6 +44,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
             own,
             {role: met_by_others(history, others, role, own, evaluator) for role in history.champions},
         )
+        _tell_genealogy(run, history)
         if figures:
             _draw(figures, names[i], history, own)
     if len(runs) == 1:
@@ -89,6 +91,21 @@ def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.n
         print(f"  phases of success      {words} of the prey caught")
         alternation = phases.alternation(curve, np.random.default_rng(0))
         print(f"  alternations           {alternation.count}; by chance as many with p = {alternation.p:.2g}")
+
+
+def _tell_genealogy(run: Path, history: History) -> None:
+    """Print two lines on the origins of the last generation's genes, if the run keeps them."""
+    last = {role: each.first(len(history)) for role, each in of_run(run).items()}
+    if not last:
+        return
+    size, n = history.config.esp.subpopulation_size, len(history) - 1
+    left = ", ".join(f"{role} {each.founders[-1]:.1f}" for role, each in last.items())
+    print(f"  founders left          {left} of {size} at a place of the gene string")
+    parts = []
+    for role, each in last.items():
+        bred = f"bred in {n - each.skipped[-1]:.0f} of {counted(n, 'generation')}"
+        parts.append(f"{role} {100 * each.from_past[-1]:.0f}% of the genes ({bred})")
+    print(f"  from past champions    {', '.join(parts)}")
 
 
 def _ranking(caught: np.ndarray, episodes: int) -> str:

@@ -9,7 +9,7 @@ Colours are names in the page's palette (for example ``@predators``), because th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import Any, TypeAlias
 
@@ -18,6 +18,7 @@ import numpy as np
 from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
+from esp_trainer.report import genealogy
 from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
 from esp_trainer.report.source import SPREADS
 from esp_trainer.report.verdict import WINDOW
@@ -36,7 +37,7 @@ _COLOURS: dict[Role, str] = {"predators": "@attacker", "prey": "@prey"}  # as in
 
 def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     """Return all charts that have data."""
-    drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _weights, _timings]
+    drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _founders, _past, _weights, _timings]
     shown = [figure for chart in drawn if (figure := chart(runs))["data"]]
     n = len(runs[0].source)
     for figure in shown:  # all show the same generations, so that one can be compared with another
@@ -189,14 +190,10 @@ def _behaviours(runs: Sequence[MeasuredRuns]) -> Figure:
 
 
 def _both_roles(runs: Sequence[MeasuredRuns], name: str, window: int = 1) -> list[Any]:
-    data: list[Any] = []
-    for number, role in enumerate(ROLES):
-        values = [run.source.spreads[role][:, SPREADS.index(name)] for run in runs if role in run.source.spreads]
-        known = [curve for curve in values if not np.isnan(curve).all()]
-        if known:
-            curves = smooth(np.stack(known), window)
-            data += _curve(np.arange(curves.shape[1]), curves, role, _COLOURS[role], number)
-    return data
+    column, spreads = SPREADS.index(name), [run.source.spreads for run in runs]
+    curves = {role: [each[role][:, column] for each in spreads if role in each] for role in ROLES}
+    known = {role: [curve for curve in found if not np.isnan(curve).all()] for role, found in curves.items()}
+    return _of_sides({role: smooth(np.stack(found), window) for role, found in known.items() if found})
 
 
 def _signal(runs: Sequence[MeasuredRuns]) -> Figure:
@@ -218,6 +215,37 @@ def _diversity(runs: Sequence[MeasuredRuns]) -> Figure:
         "data": _both_roles(runs, "diversity"),
         "layout": _axes("standard deviation", rangemode="tozero"),
     }
+
+
+def _founders(runs: Sequence[MeasuredRuns]) -> Figure:
+    top = float(np.log10(runs[0].source.config.esp.subpopulation_size))
+    return {
+        "id": "founders",
+        "title": "Founders left",
+        "caption": genealogy.of_founders(runs),
+        "data": _of_sides(genealogy.founders(runs)),
+        "layout": _axes("founders", type="log", dtick="D2", range=[0, top]),
+    }
+
+
+def _past(runs: Sequence[MeasuredRuns]) -> Figure:
+    return {
+        "id": "past",
+        "title": "From past champions",
+        "caption": genealogy.of_past(runs),
+        "data": _of_sides(genealogy.from_past(runs), ": came back")
+        + _of_sides(genealogy.skipped(runs), ": skipped", 2),
+        "layout": _axes("fraction", range=[0, 1]),
+    }
+
+
+def _of_sides(curves: Mapping[Role, np.ndarray], name: str = "", number: int = 0) -> list[Any]:
+    """Return traces of curves ``(n_runs, n_generations)`` of each side."""
+    data: list[Any] = []
+    for role, values in curves.items():
+        dash = number + ROLES.index(role)
+        data += _curve(np.arange(values.shape[1]), values, role + name, _COLOURS[role], dash)
+    return data
 
 
 def _weights(runs: Sequence[MeasuredRuns]) -> Figure:

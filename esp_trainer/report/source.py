@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from esp_trainer.analysis.genealogy import Genealogy, of_run
 from esp_trainer.analysis.history import CURVES, History, curves_of
 from esp_trainer.analysis.pooling import cut_to_shortest
 from esp_trainer.coevolution.hall_of_fame import kept_generations
@@ -20,6 +21,7 @@ from esp_trainer.files import DamagedFileError
 from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.types import ROLES, Role
+from predprey_env.settings import counted
 
 SPREADS = ("diversity", "scale", "signal", "ties")
 """Columns of :attr:`RunSource.spreads`."""
@@ -46,6 +48,8 @@ class RunSource:
     """Wall time of each generation by phase, in seconds, ``(n_generations,)``; empty if not logged."""
     missing: tuple[str, ...]
     """Notes on everything that could not be read, with reasons."""
+    genealogies: dict[Role, Genealogy] = field(default_factory=dict)
+    """Origins of each evolving side's genes, by generation; empty if the run keeps no parents."""
 
     def __len__(self) -> int:
         return len(self.history) if self.history else len(self.curves["caught"])
@@ -56,7 +60,9 @@ class RunSource:
         history = self.history and self.history.first(n)
         spreads = {role: values[:n] for role, values in self.spreads.items()}
         seconds = {phase: values[:n] for phase, values in self.seconds.items()}
-        return replace(self, history=history, curves=curves, spreads=spreads, seconds=seconds)
+        genealogies = {role: each.first(n) for role, each in self.genealogies.items()}
+        cuts: dict[str, Any] = {"history": history, "curves": curves, "genealogies": genealogies}
+        return replace(self, spreads=spreads, seconds=seconds, **cuts)
 
 
 def cut(sources: Sequence[RunSource]) -> list[RunSource]:
@@ -89,6 +95,7 @@ def read(path: Path) -> RunSource:
     curves = curves_of(lines[:n]) if lines else {}
     unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in CURVES}
     history = History(config, champions, curves or unknown, kept).first(n) if champions else None
+    genealogies = _genealogies(path, n, missing)
     return RunSource(
         name=path.resolve().name,
         path=path,
@@ -99,6 +106,7 @@ def read(path: Path) -> RunSource:
         spreads=_spreads(lines[:n], missing),
         seconds=_seconds(directory.timing_file, n, missing),
         missing=tuple(missing),
+        genealogies=genealogies,
     )
 
 
@@ -175,6 +183,19 @@ def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.n
         missing.append(
             "The log does not say how diverse the subpopulations were: it was made before that was recorded."
         )
+        return {}
+
+
+def _genealogies(run: Path, n: int, missing: list[str]) -> dict[Role, Genealogy]:
+    try:
+        found = of_run(run)
+        for role, each in found.items():
+            if len(each) < n:
+                whose = f"the genealogy of the {role}"
+                raise DamagedFileError(f"{whose} holds only {len(each)} of {counted(n, 'generation')}")
+        return {role: each.first(n) for role, each in found.items()}
+    except (DamagedFileError, FileNotFoundError) as error:
+        missing.append(f"{error}: no origins of genes.")
         return {}
 
 

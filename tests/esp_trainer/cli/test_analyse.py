@@ -14,6 +14,7 @@ import pytest
 
 from esp_trainer.analysis import games, phases, progress
 from esp_trainer.analysis.cross_play import CrossPlay, cross_play, own_cross_play
+from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
 from esp_trainer.cli import main
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -91,6 +92,18 @@ def test_a_run_is_told_by_the_numbers_of_its_analysis(esp_trainer: Callable[...,
     first = phases.phases(history.curves["caught"])[0]
     said_first = f"{first.start}-{first.end - 1}: {first.mean:.2f}"
     assert line_of(outcome.out, "phases of success").startswith(said_first)
+
+
+def test_the_origins_of_genes_are_told_where_they_are_kept(esp_trainer: Callable[..., Any], place: Path) -> None:
+    run = _train(place / "kept", "--genealogy", "true", generations=5)
+    out = esp_trainer("analyse", run, "--episodes", "1").out
+    both = of_run(run)
+    left = ", ".join(f"{role} {each.founders[4]:.1f}" for role, each in both.items())
+    assert line_of(out, "founders left") == f"{left} of 20 at a place of the gene string"
+    share, bred = 100 * both["prey"].from_past[4], 4 - both["prey"].skipped[4]
+    words = f"prey {share:.0f}% of the genes (bred in {bred:.0f} of 4 generations)"
+    assert line_of(out, "from past champions").endswith(words)
+    assert "founders left" not in esp_trainer("analyse", place / "short", "--episodes", "1").out
 
 
 def test_a_single_run_is_not_measured_against_others(esp_trainer: Callable[..., Any], place: Path) -> None:

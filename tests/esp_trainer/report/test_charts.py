@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from esp_trainer.analysis.genealogy import Genealogy, Origins
 from esp_trainer.analysis.history import CURVES, History
 from esp_trainer.config import RunConfig
 from esp_trainer.report.charts import charts, matrix
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.report.source import RunSource
+from esp_trainer.run.genealogy import Layout
 
 N = 30
 
@@ -58,6 +60,36 @@ def test_a_run_is_a_line_two_are_their_mean_and_more_are_that_in_a_band() -> Non
     assert band["y"][:N] == pytest.approx([0.3 + half] * N, abs=1e-3)
     assert band["y"][N:] == pytest.approx([0.3 - half] * N, abs=1e-3)
     assert band["x"] == [*range(N), *reversed(range(N))]
+
+
+def with_genealogy(founders: float, from_past: float, bred: int) -> MeasuredRuns:
+    """Predators whose founders and genes end at these values, after generations that were bred one in so many."""
+    ramp = np.arange(N) / (N - 1)
+    curves = 100 + (founders - 100) * ramp, from_past * ramp, np.arange(N) * (1 - 1 / bred)
+    nobody = Origins(*np.zeros((3, N, 1, 6), int))
+    genealogy = Genealogy(Layout((6,), size=100, n_elite=25, hof_mates=5), *curves, nobody)
+    return MeasuredRuns(replace(source(0.5), genealogies={"predators": genealogy}))
+
+
+def test_a_genealogy_is_drawn_and_put_in_words() -> None:
+    two = figures(with_genealogy(3.0, 0.8, bred=29), with_genealogy(5.0, 0.6, bred=29))
+    (line,) = two["founders"]["data"]
+    assert (line["y"][0], line["y"][-1]) == (100.0, 4.0)
+    assert two["founders"]["layout"]["yaxis"]["range"] == [0, 2]  # from 1 to 100
+    assert two["founders"]["caption"].endswith(
+        "In the end it is 4.0 for the predators; few have taken over, and what is new comes from mutation."
+    )
+    back, skipped = two["past"]["data"]
+    assert (back["y"][0], back["y"][-1]) == (0.0, 0.7)
+    assert skipped["y"][1:] == pytest.approx([28 / 29] * (N - 1), abs=1e-4)
+    assert back["line"]["dash"] != skipped["line"]["dash"]
+    assert two["past"]["caption"].endswith("In 29 generations a gene was bred 1 time for the predators.")
+
+
+def test_where_no_past_champion_mated_only_the_founders_are_drawn() -> None:
+    found = figures(with_genealogy(60.0, 0.0, bred=1))
+    assert "past" not in found
+    assert found["founders"]["caption"].endswith("In the end it is 60.0 for the predators.")
 
 
 def test_times_are_milliseconds_and_weights_their_mean_size() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
+from esp_trainer.cli import main
 from esp_trainer.files import DamagedFileError
 from esp_trainer.report.source import read
 
@@ -183,3 +186,37 @@ def test_a_generation_without_its_timing_is_drawn_as_its_neighbours(run: Path) -
     )
     assert source.seconds["trials"].tolist() == [0, 1, 4, 10, *(n**2 for n in range(4, 23)), 22**2]
     assert (source.seconds["files"] == 1).all()
+
+
+@pytest.fixture(scope="module")
+def with_genealogy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("runs") / "kept"
+    assert main(["train", "smoke", "--genealogy", "true", "--generations", "6", "--out", str(path), "--quiet"]) == 0
+    return path
+
+
+def test_a_genealogy_is_read_where_it_was_kept(run: Path, with_genealogy: Path) -> None:
+    assert read(run).genealogies == {}
+    source = read(with_genealogy)
+    assert source.missing == ()
+    for role, whole in of_run(with_genealogy).items():
+        assert (source.genealogies[role].founders == whole.founders).all()
+        assert len(source.first(4).genealogies[role]) == 4
+
+
+@pytest.mark.parametrize(
+    ("harm", "says"),
+    [
+        (Path.unlink, "is not there"),
+        (cut, "the genealogy of the prey holds only 5 of 6 generations"),
+        (lambda file: file.write_bytes(b""), "prey.bin is damaged"),
+    ],
+)
+def test_a_damaged_genealogy_is_left_out(harm: Any, says: str, with_genealogy: Path, tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(with_genealogy, tmp_path / "copy"))
+    harm(copy / "genealogy/prey.bin")
+    source = read(copy)
+    assert source.genealogies == {}
+    (line,) = source.missing
+    assert says in line
+    assert line.endswith(": no origins of genes.")
