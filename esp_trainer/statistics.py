@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import sqrt
 from typing import Any
@@ -67,9 +68,66 @@ class Captures:
     prey_fitness: float
     """Mean fitness over prey and episodes."""
 
+    @property
+    def payoff(self) -> Rate:
+        """Payoff of the predators: the fraction of prey caught."""
+        return self.caught
+
     def as_dict(self) -> dict[str, Any]:
         """Return the fields as JSON values."""
         return asdict(self)
+
+
+@dataclass(frozen=True)
+class Payoffs:
+    """Results of two teams against each other in another game than the predator-prey world."""
+
+    episodes: int
+    payoff: Rate
+    """Mean payoff to the first team (:func:`~esp_trainer.types.zero_sum_part`), with its normal interval."""
+    steps: float
+    """Mean length of an episode, in time steps."""
+    predator_fitness: float
+    """Mean return over the agents of the first team and episodes."""
+    prey_fitness: float
+    """Mean return over the agents of the second team and episodes."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields as JSON values."""
+        return asdict(self)
+
+
+def mean_of(values: np.ndarray) -> Rate:
+    """Return a mean with its 95% interval, 1.96 standard errors each way; of one value the interval is the value."""
+    mean, n = float(values.mean()), values.size
+    half = _Z_95 * float(values.std(ddof=1)) / sqrt(n) if n > 1 else 0.0
+    return Rate(mean, mean - half, mean + half)
+
+
+def summarise(result: TrialResult, even: np.ndarray) -> Captures | Payoffs:
+    """Summarise a batch: captures in the predator-prey world, payoffs in any other game.
+
+    Args:
+        result: Result of the batch.
+        even: Number of predators that start at an even distance from each prey, see :func:`count_captures`.
+    """
+    if result.returned is None:
+        return count_captures(result, even, result.fitness.shape[-1] - result.captured.shape[-1])
+    return Payoffs(
+        episodes=result.steps.size,
+        payoff=mean_of(result.returned),
+        steps=float(result.steps.mean()),
+        predator_fitness=float(result.fitness_of("predators").mean()),
+        prey_fitness=float(result.fitness_of("prey").mean()),
+    )
+
+
+def in_short(held_out: Mapping[str, Any]) -> str:
+    """Return results, as JSON values, in a few words."""
+    rates = {name: f"{value['rate']:z.2f}" for name, value in held_out.items() if isinstance(value, Mapping)}
+    if "payoff" in rates:
+        return f"payoff {rates['payoff']}"
+    return f"predators succeed {rates['predators_succeed']}, prey {rates['prey_succeed']}, caught {rates['caught']}"
 
 
 def count_captures(result: TrialResult, even: np.ndarray, n_predators: int) -> Captures:

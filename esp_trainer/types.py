@@ -198,6 +198,22 @@ class TrialResult:
     """True for each prey that was caught, bool ``(n_trials, n_episodes, n_prey)``."""
     steps: np.ndarray
     """Length of each episode in time steps, int ``(n_trials, n_episodes)``."""
+    returned: np.ndarray | None = None
+    """Payoff of each episode of another game than the predator-prey world, float64 ``(n_trials, n_episodes)``, see
+    :func:`zero_sum_part`; None in the predator-prey world."""
+
+    @property
+    def payoff(self) -> np.ndarray:
+        """Payoff of each episode to the predators, float64 ``(n_trials, n_episodes)``.
+
+        In the predator-prey world it is the fraction of prey caught; in any other game see :func:`zero_sum_part`.
+        """
+        return self.captured.mean(axis=-1) if self.returned is None else self.returned
+
+    @property
+    def mean_payoff(self) -> float:
+        """Mean payoff over all episodes."""
+        return float(self.captured.mean() if self.returned is None else self.returned.mean())
 
     def __repr__(self) -> str:
         """Return one line, without the arrays."""
@@ -208,6 +224,19 @@ class TrialResult:
         """Return the fitness of one side, ``(n_trials, n_episodes, n_agents of the side)``."""
         n_prey = self.captured.shape[-1]
         return self.fitness[..., :-n_prey] if role == "predators" else self.fitness[..., -n_prey:]
+
+
+def zero_sum_part(fitness: Fitness, n_predators: int) -> np.ndarray:
+    """Return the payoff of a game to the first team: half the difference of both teams' mean returns per agent.
+
+    In a zero-sum game that is the first team's mean return. Any other game is the sum of a zero-sum game, of which this
+    is the payoff, and of a game in which both teams are paid alike, which no contest between them can show.
+
+    Args:
+        fitness: Return of each agent, predators first, ``(..., n_agents)``.
+        n_predators: Number of agents of the first team.
+    """
+    return (fitness[..., :n_predators].mean(axis=-1) - fitness[..., n_predators:].mean(axis=-1)) / 2
 
 
 class Trace(NamedTuple):

@@ -11,6 +11,9 @@ from scipy.special import logit
 
 T = TypeVar("T")
 Scale: TypeAlias = Literal["shares", "log-odds"]
+Noise: TypeAlias = int | np.ndarray | None
+"""Sampling noise of a matrix: the number of independent episodes behind each fraction, the variance of each entry,
+``(G, H)``, or None for exact entries."""
 
 
 class Sides(NamedTuple, Generic[T]):
@@ -39,13 +42,38 @@ def as_shares(values: np.ndarray, name: str = "caught") -> np.ndarray:
     return shares
 
 
-def as_square(caught: np.ndarray) -> np.ndarray:
+def as_results(values: np.ndarray, name: str = "payoffs", total: float = 1.0) -> np.ndarray:
+    """Check a matrix of results in a constant-sum game, and return it as float64.
+
+    Args:
+        values: Results, ``(G, H)``, oldest first.
+        name: Name of the matrix in error messages.
+        total: Sum of both sides' results: 1 for fractions of prey caught, 0 for the payoffs of any other game.
+
+    Raises:
+        ValueError: ``values`` is not a matrix, is empty, or has an entry that is not finite or, with a total of 1,
+            outside [0, 1].
+    """
+    if total == 1.0:
+        return as_shares(values, name)
+    payoffs = np.asarray(values, np.float64)
+    if payoffs.ndim != 2 or not payoffs.size or not np.isfinite(payoffs).all():
+        raise ValueError(f"{name} must hold finite numbers, (G, H), got shape {payoffs.shape}")
+    return payoffs
+
+
+def share_variance(shares: np.ndarray, episodes: int) -> np.ndarray:
+    """Return unbiased estimates of the variance of fractions of some episodes; nan for one episode."""
+    return shares * (1 - shares) / (episodes - 1) if episodes > 1 else np.full_like(shares, np.nan)
+
+
+def as_square(caught: np.ndarray, total: float = 1.0) -> np.ndarray:
     """Check a matrix with the same generations on both sides, and return it as float64.
 
     Raises:
-        ValueError: :func:`as_shares` rejects the matrix, or it is not square.
+        ValueError: :func:`as_results` rejects the matrix, or it is not square.
     """
-    caught = as_shares(caught)
+    caught = as_results(caught, "caught", total)
     if len(caught) != caught.shape[1]:
         raise ValueError(f"caught must have the same generations on both sides, got shape {caught.shape}")
     return caught
@@ -136,7 +164,7 @@ class Decomposition:
         return self.transitive / both if both > 0 else float("nan")
 
 
-def decompose(caught: np.ndarray, episodes: int | None = None, scale: Scale = "shares") -> Decomposition:
+def decompose(caught: np.ndarray, episodes: Noise = None, scale: Scale = "shares") -> Decomposition:
     """Split predators' results against prey into a part that one strength per generation explains, and the rest.
 
     This is the combinatorial Hodge decomposition (Jiang, Lim, Yao & Ye, Statistical ranking and combinatorial Hodge
@@ -155,11 +183,12 @@ def decompose(caught: np.ndarray, episodes: int | None = None, scale: Scale = "s
         caught: Fraction of prey caught, ``(G, H)``, see :func:`as_shares`; at least two generations of each side.
         episodes: Number of independent episodes behind each fraction. The expected squares of their binomial noise are
             subtracted from both parts, which do not fall below 0. The noise is computed as if all prey of an episode
-            had the same fate. Where they have it only in part, this subtracts too much, never too little. None: the
+            had the same fate. Where they have it only in part, this subtracts too much, never too little. Instead of
+            a number: the sampling variance of each entry, ``(G, H)``, which then may be any payoffs. None: the
             fractions are exact.
         scale: Scale in which the matrix is decomposed.
     """
-    values, noise = _scaled(as_shares(caught), episodes, scale)
+    values, noise = _scaled(as_results(caught, "caught", _total(episodes)), episodes, scale)
     if min(values.shape) < 2:
         raise ValueError(f"caught must have at least two generations of each side, got shape {values.shape}")
     centred = values - values.mean()
@@ -170,7 +199,7 @@ def decompose(caught: np.ndarray, episodes: int | None = None, scale: Scale = "s
     return _decomposition(ladder, centred - ladder, in_ladder * noise.mean(), in_rest * noise.mean(), values.size)
 
 
-def transitive_share(caught: np.ndarray, episodes: int) -> float:
+def transitive_share(caught: np.ndarray, episodes: int | np.ndarray) -> float:
     """Return the fraction of the win matrix that a ranking explains, in [0, 1], by :func:`decompose`.
 
     It is nan if no difference exceeds the sampling noise, or if the noise cannot be estimated (one episode per pair, or
@@ -178,14 +207,16 @@ def transitive_share(caught: np.ndarray, episodes: int) -> float:
 
     Args:
         caught: Fraction of prey caught, ``(G, H)``.
-        episodes: Number of independent episodes behind each fraction.
+        episodes: Number of independent episodes behind each fraction; or the sampling variance of each entry, see
+            :func:`decompose`.
     """
-    if episodes < 2 or min(caught.shape) < 2:
+    unknown = np.isnan(episodes).any() if isinstance(episodes, np.ndarray) else episodes < 2
+    if unknown or min(caught.shape) < 2:
         return float("nan")
     return decompose(caught, episodes).transitive_share
 
 
-def decompose_generations(caught: np.ndarray, episodes: int | None = None, scale: Scale = "shares") -> Decomposition:
+def decompose_generations(caught: np.ndarray, episodes: Noise = None, scale: Scale = "shares") -> Decomposition:
     """Split the symmetric game between generations, each of which plays both roles, into transitive and cyclic part.
 
     ``A[g, k] = M[g, k] - M[k, g]`` is a symmetric zero-sum game. Its transitive part is the gradient ``r_g - r_k`` of
@@ -199,7 +230,7 @@ def decompose_generations(caught: np.ndarray, episodes: int | None = None, scale
         episodes: Number of independent episodes behind each fraction, see :func:`decompose`.
         scale: Scale in which the matrix is decomposed, see :func:`decompose`.
     """
-    values, noise = _scaled(as_square(caught), episodes, scale)
+    values, noise = _scaled(as_square(caught, _total(episodes)), episodes, scale)
     n = len(values)
     if n < 3:
         raise ValueError(f"a cycle takes at least three generations, got {n}")
@@ -224,13 +255,21 @@ def _decomposition(
     return Decomposition(transitive if transitive > 1e-24 else 0.0, cyclic if cyclic > 1e-24 else 0.0)
 
 
-def _scaled(caught: np.ndarray, episodes: int | None, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
+def _total(episodes: Noise) -> float:
+    """Return the total of the results whose noise is given: a variance belongs to payoffs of any scale."""
+    return 0.0 if isinstance(episodes, np.ndarray) else 1.0
+
+
+def _scaled(caught: np.ndarray, episodes: Noise, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
     """Return the matrix in a scale, and the variance of its sampling noise in that scale."""
+    if isinstance(episodes, np.ndarray):
+        if scale != "shares":
+            raise ValueError(f"payoffs with a sampling variance have no log-odds, got scale {scale!r}")
+        return caught, np.broadcast_to(episodes, caught.shape)
     if episodes is not None and episodes < 2:
         raise ValueError(f"episodes must be at least 2, got {episodes}")
     if scale == "shares":
-        # Dividing by n - 1 makes this an unbiased estimate of the variance of the fraction, p (1 - p) / n.
-        return caught, np.zeros_like(caught) if episodes is None else caught * (1 - caught) / (episodes - 1)
+        return caught, np.zeros_like(caught) if episodes is None else share_variance(caught, episodes)
     if episodes is None:
         if not ((caught > 0) & (caught < 1)).all():
             raise ValueError("log-odds of shares of 0 or 1 need the number of episodes, got None")

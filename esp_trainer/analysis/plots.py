@@ -132,21 +132,40 @@ def curve(
 
 
 def matrix(
-    figure: Figure, axes: Axes, predators: np.ndarray, prey: np.ndarray, caught: np.ndarray, top: float = 1.0
+    figure: Figure,
+    axes: Axes,
+    predators: np.ndarray,
+    prey: np.ndarray,
+    payoff: np.ndarray,
+    top: float = 1.0,
+    bottom: float = 0.0,
+    name: str = "caught",
+    words: str = "share of prey caught",
 ) -> dict[str, np.ndarray]:
-    """Draw the fraction of prey caught, ``(G, H)``, as the CIAO plot of both sides (Cliff & Miller 1995).
+    """Draw payoffs to the predators, ``(G, H)``, as the CIAO plot of both sides (Cliff & Miller 1995).
 
     Contemporaries meet on the dotted diagonal. Above it predators meet prey of earlier generations, below it prey of
     later ones. Returns the drawn values by name.
+
+    Args:
+        figure: Figure of the axes.
+        axes: Axes to draw on.
+        predators: Generations of the predators, int ``(G,)``.
+        prey: Generations of the prey, int ``(H,)``.
+        payoff: Payoffs, the fraction of prey caught for example.
+        top: Payoff that has the last colour.
+        bottom: Payoff that has the first colour.
+        name: Name of the payoffs among the drawn values.
+        words: Name of the payoffs beside the colours.
     """
     image = axes.pcolormesh(
-        prey, predators, caught, vmin=0, vmax=top, cmap="viridis", shading="nearest", rasterized=True
+        prey, predators, payoff, vmin=bottom, vmax=top, cmap="viridis", shading="nearest", rasterized=True
     )
     axes.plot([prey[0], prey[-1]], [predators[0], predators[-1]], color="white", linewidth=0.8, linestyle=":")
     axes.set(xlabel="prey of generation", ylabel="predators of generation", aspect="equal")
-    figure.colorbar(image, ax=axes, label="share of prey caught", shrink=0.8)
+    figure.colorbar(image, ax=axes, label=words, shrink=0.8)
     rows, columns = np.meshgrid(predators, prey, indexing="ij")
-    return {"predators": rows.ravel(), "prey": columns.ravel(), "caught": caught.ravel()}
+    return {"predators": rows.ravel(), "prey": columns.ravel(), name: payoff.ravel()}
 
 
 def trajectories(axes: Axes, cells: np.ndarray, n_predators: int, size: int) -> dict[str, np.ndarray]:

@@ -12,28 +12,29 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import kendalltau, norm
 
-from esp_trainer.analysis.games import Sides, as_shares, as_square
+from esp_trainer.analysis.games import Noise, Sides, as_results, as_shares, as_square
 
 
-def ciao(caught: np.ndarray) -> Sides[np.ndarray]:
+def ciao(caught: np.ndarray, total: float = 1.0) -> Sides[np.ndarray]:
     """Return results of current individuals against ancestral opponents (CIAO).
 
     Source: Cliff & Miller, Tracking the Red Queen, ECAL 1995.
 
     Args:
         caught: Fraction of prey caught, ``(G, G)``, see :func:`~esp_trainer.analysis.games.as_square`.
+        total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
 
     Returns:
         Results of each side, float64 ``(G, G)``, higher is better. Row ``g`` holds the results of generation ``g``
         against the opponents of generations 0 to ``g``, and nan above the diagonal. The result of prey is the fraction
-        not caught.
+        not caught, or minus the payoff of another game.
     """
-    caught = as_square(caught)
+    caught = as_square(caught, total)
     future = np.triu(np.ones_like(caught, bool), k=1)
-    return Sides(*(np.where(future, np.nan, results) for results in (caught, 1 - caught.T)))
+    return Sides(*(np.where(future, np.nan, results) for results in (caught, total - caught.T)))
 
 
-def master_tournament(caught: np.ndarray) -> Sides[np.ndarray]:
+def master_tournament(caught: np.ndarray, total: float = 1.0) -> Sides[np.ndarray]:
     """Return the mean result of each generation against all opponents of the run.
 
     Source: Nolfi & Floreano, Coevolving predator and prey robots: do "arms races" arise in artificial evolution?,
@@ -41,16 +42,17 @@ def master_tournament(caught: np.ndarray) -> Sides[np.ndarray]:
 
     Args:
         caught: Fraction of prey caught, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
+        total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
 
     Returns:
         Mean results, higher is better: fraction of prey caught for predators, ``(G,)``, and fraction not caught for
         prey, ``(H,)``.
     """
-    caught = as_shares(caught)
-    return Sides(caught.mean(axis=1), 1 - caught.mean(axis=0))
+    caught = as_results(caught, "caught", total)
+    return Sides(caught.mean(axis=1), total - caught.mean(axis=0))
 
 
-def dominant_generations(caught: np.ndarray, episodes: int | None = None, error: float = 0.05) -> list[int]:
+def dominant_generations(caught: np.ndarray, episodes: Noise = None, error: float = 0.05) -> list[int]:
     """Run a dominance tournament between generations, and return the dominant ones.
 
     The first generation is dominant. Each later one is dominant if it beats every dominant generation before it
@@ -65,26 +67,33 @@ def dominant_generations(caught: np.ndarray, episodes: int | None = None, error:
         caught: Fraction of prey caught, ``(G, G)``, see :func:`~esp_trainer.analysis.games.as_square`.
         episodes: Number of independent episodes behind each fraction. The difference must then exceed a margin, in
             standard errors of the difference (Agresti & Caffo, The American Statistician 54, 2000). The margin is such
-            that a run without progress has a second dominant generation with a probability of at most ``error``. None:
+            that a run without progress has a second dominant generation with a probability of at most ``error``.
+            Instead of a number: the sampling variance of each entry, ``(G, G)``, which then may be any payoffs. None:
             any difference counts, and 75 generations of pure noise have about six dominant ones.
         error: That probability, divided by the number of later generations (Bonferroni).
 
     Returns:
         Rows of the dominant generations, in order, 0 first.
     """
-    caught = as_square(caught)
+    variances = isinstance(episodes, np.ndarray)
+    caught = as_square(caught, 0.0 if variances else 1.0)
     lead, margin = caught - caught.T, np.zeros_like(caught)
     if episodes is not None:
-        if episodes < 1 or not 0 < error < 1:
+        if np.min(episodes) < (0 if variances else 1) or not 0 < error < 1:
             raise ValueError(f"episodes must be at least 1 and error in (0, 1), got {episodes} and {error}")
-        shares = (caught * episodes + 1) / (episodes + 2)
-        variance = shares * (1 - shares) / (episodes + 2)
+        variance = episodes if isinstance(episodes, np.ndarray) else _agresti_caffo(caught, episodes)
         margin = norm.isf(error / max(1, len(caught) - 1)) * np.sqrt(variance + variance.T)
     dominant = [0]
     for g in range(1, len(caught)):
         if (lead[g, dominant] > margin[g, dominant]).all():
             dominant.append(g)
     return dominant
+
+
+def _agresti_caffo(caught: np.ndarray, episodes: int) -> np.ndarray:
+    """Return the variance of fractions, each as if it had one success and one failure more."""
+    shares = (caught * episodes + 1) / (episodes + 2)
+    return shares * (1 - shares) / (episodes + 2)
 
 
 @dataclass(frozen=True)
@@ -94,7 +103,7 @@ class Progress:
     curve: np.ndarray
     """Mean result of each generation, float64 ``(G,)``, higher is better."""
     strength: float
-    """Mean of the last sixth of the curve minus that of the first sixth, in [-1, 1]."""
+    """Mean of the last sixth of the curve minus that of the first sixth; in [-1, 1] for fractions of prey."""
     tau: float
     """Kendall's tau-b of the curve with time, in [-1, 1]; 0 for a constant curve. It has no p-value, because successive
     generations are not independent: test over seeds instead."""
@@ -105,21 +114,22 @@ class Progress:
         return float(self.curve[_ends(len(self.curve))[1]].mean())
 
 
-def progress(results: np.ndarray) -> Progress:
+def progress(results: np.ndarray, total: float = 1.0) -> Progress:
     """Return the progress of one side against a panel.
 
     Args:
         results: Results of the side's generations, ``(G, n_opponents)`` in [0, 1], higher is better. There must be at
             least two generations, oldest first and evenly spaced.
+        total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
     """
-    curve = as_shares(results, "results").mean(axis=1)
+    curve = as_results(results, "results", total).mean(axis=1)
     early, late = _ends(len(curve))
     ranked = curve.round(12)  # so that rounding errors of the mean do not break ties between equal results
     tau = float(kendalltau(np.arange(len(curve)), ranked).statistic) if np.ptp(ranked) > 0 else 0.0
     return Progress(curve, float(curve[late].mean() - curve[early].mean()), tau)
 
 
-def historical_progress(caught: np.ndarray) -> Sides[Progress]:
+def historical_progress(caught: np.ndarray, total: float = 1.0) -> Sides[Progress]:
     """Return the progress of both sides against the opponents of their own run.
 
     A side evolved against these opponents, so it may be good against no others. Source: Miconi, Why coevolution doesn't
@@ -128,12 +138,15 @@ def historical_progress(caught: np.ndarray) -> Sides[Progress]:
 
     Args:
         caught: Fraction of prey caught in one run, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
+        total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
     """
-    caught = as_shares(caught)
-    return Sides(progress(caught), progress(1 - caught.T))
+    caught = as_results(caught, "caught", total)
+    return Sides(progress(caught, total), progress(total - caught.T, total))
 
 
-def global_progress(predators_met: Sequence[np.ndarray], prey_met: Sequence[np.ndarray]) -> Sides[Progress]:
+def global_progress(
+    predators_met: Sequence[np.ndarray], prey_met: Sequence[np.ndarray], total: float = 1.0
+) -> Sides[Progress]:
     """Return the progress of both sides against opponents of independent seeds.
 
     These stand for all possible opponents (Miconi 2009, as in :func:`historical_progress`): a side that has adapted
@@ -142,17 +155,18 @@ def global_progress(predators_met: Sequence[np.ndarray], prey_met: Sequence[np.n
     Args:
         predators_met: Fraction caught by the run's predators of the prey of each other seed, ``(G, H_i)`` each.
         prey_met: Fraction caught by the predators of each other seed of the run's prey, ``(G_i, H)`` each.
+        total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
 
     Raises:
         ValueError: There is no other seed, or the matrices of a side have different numbers of the run's generations.
     """
-    hunts = [as_shares(panel, "predators_met") for panel in predators_met]
-    escapes = [1 - as_shares(panel, "prey_met").T for panel in prey_met]
+    hunts = [as_results(panel, "predators_met", total) for panel in predators_met]
+    escapes = [total - as_results(panel, "prey_met", total).T for panel in prey_met]
     for name, results in (("predators_met", hunts), ("prey_met", escapes)):
         if len({len(panel) for panel in results}) != 1:
             generations = [len(panel) for panel in results]
             raise ValueError(f"{name} must hold matrices of the same generations of the run, got {generations} of them")
-    return Sides(progress(np.concatenate(hunts, axis=1)), progress(np.concatenate(escapes, axis=1)))
+    return Sides(progress(np.concatenate(hunts, axis=1), total), progress(np.concatenate(escapes, axis=1), total))
 
 
 def two_sided(both: Sides[Progress]) -> float:
@@ -178,13 +192,14 @@ class EarlyLate:
     """Fraction of early prey that early predators catch."""
 
 
-def early_late(caught: np.ndarray) -> EarlyLate:
+def early_late(caught: np.ndarray, total: float = 1.0) -> EarlyLate:
     """Return the means of the four corners of the matrix, each over a sixth of the generations of both sides.
 
     Args:
         caught: Fraction of prey caught, ``(G, H)``, see :func:`~esp_trainer.analysis.games.as_shares`.
+        total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
     """
-    caught = as_shares(caught)
+    caught = as_results(caught, "caught", total)
     (early_predators, late_predators), (early_prey, late_prey) = map(_ends, caught.shape)
     return EarlyLate(
         late_hunt_early=float(caught[late_predators, early_prey].mean()),
