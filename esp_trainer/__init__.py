@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from esp_trainer.esp.subpopulations import Subpopulations
     from esp_trainer.evaluation.fused import FusedEvaluator
     from esp_trainer.evaluation.match import match
+    from esp_trainer.evaluation.registry import make_evaluator
     from esp_trainer.exact.response import exploitability_of
     from esp_trainer.exact.solution import solve
 
@@ -59,6 +60,7 @@ __all__ = [
     "exploitability_of",
     "load_team",
     "load_zoo",
+    "make_evaluator",
     "match",
     "new_sides",
     "own_cross_play",
@@ -78,6 +80,7 @@ _LATER = {
     "Subpopulations": "esp.subpopulations",
     "TorchPolicy": "benchmark.batched",
     "exploitability_of": "exact.response",
+    "make_evaluator": "evaluation.registry",
     "match": "evaluation.match",
     "new_sides": "coevolution.sides",
     "own_cross_play": "analysis.cross_play",

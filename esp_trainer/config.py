@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from esp_trainer.game import GameConfig
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies import SCRIPTS, PredatorScript, PreyScript
 from predprey_env.settings import Settings, field_names, flat, unknown_field
@@ -238,6 +239,9 @@ class RunConfig(Settings):
     env: EnvConfig = EnvConfig()
     """The world."""
 
+    game: GameConfig = GameConfig()
+    """Another game in place of the world."""
+
     predators: SideConfig = SideConfig()
     """The side that hunts."""
 
@@ -267,6 +271,32 @@ class RunConfig(Settings):
                 "esp.exploiters_every must be 0 where esp.past_share and champion.n_past are 0: none is met"
             )
         return self
+
+    @model_validator(mode="after")
+    def _plays_another_game(self) -> RunConfig:
+        game = self.game.environment
+        if not game:
+            return self
+        if self.env != EnvConfig():
+            raise ValueError(f"env has no meaning in {game}, got {self.env.changes}")
+        for role, side in (("predators", self.predators), ("prey", self.prey)):
+            if side.policy not in ("esp", "random"):
+                raise ValueError(f"{role}.policy must be esp or random in {game}, got {side.policy!r}")
+            if side.policy == "esp" and side.controller != "monolithic":
+                raise ValueError(
+                    f"{role}.controller must be 'monolithic' in {game}: the others read offsets to "
+                    f"opponents; got {side.controller!r}"
+                )
+        if self.esp.fitness_sharing:
+            raise ValueError(f"esp.fitness_sharing must be false in {game}: its fitness may be negative")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_what_does_not_play(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the section that has no meaning, so that runs of the world are written as they always were."""
+        fields: dict[str, Any] = whole(self)
+        fields.pop("env" if self.game.environment else "game", None)
+        return fields
 
     def with_fields(self, fields: Mapping[str, Any]) -> RunConfig:
         """Return a validated copy with some fields changed.

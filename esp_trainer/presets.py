@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from esp_trainer.game import GameConfig
 from esp_trainer.tasks import TASKS
 from predprey_env.config import EnvConfig
 
@@ -17,6 +18,7 @@ def _own_reward(task: str) -> EnvConfig:
 
 
 _MONOLITHIC = SideConfig(controller="monolithic")
+_ONE_NETWORK = SideConfig(controller="monolithic", bias=True)
 _SCALED = SideConfig(input_scale=0.2)
 _DRAWN = SideConfig(output="linear", choice="drawn")
 _UNMATED = EspConfig(hof_mates=0)
@@ -116,6 +118,28 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
     "fleeing-prey-central": (
         "the same with one network for the whole team, which Yong & Miikkulainen found slower (section III)",
         RunConfig(env=_ONE_PREY, predators=SideConfig(controller="central"), prey=SideConfig(policy="flee_nearest")),
+    ),
+    "game": (
+        "another game: MPE's simple_tag (pip install mpe2), or yours by --game.environment (docs/experiment.md)",
+        RunConfig(
+            generations=200,
+            game=GameConfig(environment="esp_trainer.games.simple_tag", predators="adversary_", prey="agent_"),
+            predators=_ONE_NETWORK,
+            prey=_ONE_NETWORK,
+            esp=EspConfig(
+                subpopulation_size=50,
+                n_trials=400,
+                n_episodes=4,
+                hof_mates=0,
+                past_share=0.5,
+                past_choice="contested",
+                past_each_episode=True,
+                block_size=10,
+                memory=0.8,
+                prior_trials=20.0,
+            ),
+            champion=ChampionConfig(n_candidates=10, n_held_out=100),
+        ),
     ),
     "smoke": (
         "everything, small: seconds to see that it works",

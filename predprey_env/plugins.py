@@ -36,12 +36,26 @@ def find_class(part: str, name: str, known: Mapping[str, str]) -> type[Any]:
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise ValueError(f"{part} must be one of {', '.join(known)} or module:Class, got {name!r}{hint}")
-    module, _, attribute = place.partition(":")
-    try:
-        found = getattr(import_here(module), attribute)
-    except Exception as error:
-        line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"{part} {name} cannot be imported: {line}") from None
+    found = find_object(part, place, name)
     if not inspect.isclass(found):
         raise ValueError(f"{part} {name} must be a class, got {type(found).__name__}")
     return found
+
+
+def find_object(part: str, place: str, name: str = "") -> Any:
+    """Return what a module holds under a name, by its place, ``module:name``.
+
+    Args:
+        part: What it is for, as the config and error messages name it.
+        place: Its module and its name there.
+        name: What error messages call it; by default its place.
+
+    Raises:
+        ValueError: It cannot be imported; the message is one line.
+    """
+    module, _, attribute = place.partition(":")
+    try:
+        return getattr(import_here(module), attribute)
+    except Exception as error:
+        line = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"{part} {name or place} cannot be imported: {line}") from None

@@ -18,6 +18,7 @@ ROOT = Path(__file__).parent.parent
 LAYERS = [
     ["networks"],
     ["types"],
+    ["game", "games"],
     ["config", "cores", "seeding", "statistics", "files", "tasks"],
     ["presets", "algorithm"],
     ["esp"],

@@ -27,7 +27,7 @@ from reproduction.settings import Setting, read_settings, small  # noqa: E402
 SETTINGS = read_settings()
 PANELS = {name: each for name, each in SETTINGS.items() if each.part == "panel"}
 OTHERS = {name: each for name, each in SETTINGS.items() if each.part != "panel"}
-PAPERS = {name for name in PRESETS if name != "smoke" and not name.startswith("race-")}
+PAPERS = {name for name in PRESETS if name not in ("smoke", "game") and not name.startswith("race-")}
 """Presets that the report is about; the others have one of their own."""
 MERELY_FITNESS = {"env.prey_fitness", "env.closeness"}
 

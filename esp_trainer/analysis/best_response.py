@@ -13,11 +13,11 @@ import numpy as np
 
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
-from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import Role, TeamBatch
+from esp_trainer.types import Evaluator, Role, TeamBatch
 from predprey_env.agents import other_team
 
-_EPISODES = 1000  # per final measurement, so that its standard error is at most 0.016
+EPISODES = 1000
+"""Number of episodes of each final measurement: the standard error of a fraction of prey is then at most 0.016."""
 
 
 @dataclass(frozen=True)
@@ -29,16 +29,16 @@ class BestResponse:
     generation: int
     """Generation of the frozen side."""
     before: float
-    """Fraction of prey caught when the frozen side met its contemporaries."""
+    """Payoff to the predators (fraction of prey caught) when the frozen side met its contemporaries."""
     after: float
-    """Fraction of prey caught when the frozen side met the best response."""
+    """Payoff to the predators when the frozen side met the best response."""
     curve: np.ndarray
-    """Fraction of prey caught in each generation of the fresh evolution, ``(n_generations,)``, on the held-out starts
+    """Payoff to the predators in each generation of the fresh evolution, ``(n_generations,)``, on the held-out starts
     by which the best response was selected."""
 
     @property
     def gain(self) -> float:
-        """Payoff of the best response minus that of the contemporaries, in fraction of prey.
+        """Payoff of the best response minus that of the contemporaries, in fraction of prey or another payoff.
 
         It is about 0 or more if the fresh evolution did at least as well as the contemporaries.
         """
@@ -48,10 +48,11 @@ class BestResponse:
 def evolve_response(
     history: History,
     role: Role,
-    evaluator: FusedEvaluator,
+    evaluator: Evaluator,
     *,
     generation: int = -1,
     n_generations: int = 100,
+    n_episodes: int = EPISODES,
     seed: int = 0,
     watch: Callable[[], object] = lambda: None,
 ) -> BestResponse:
@@ -66,6 +67,7 @@ def evolve_response(
         evaluator: Evaluator of the run's world.
         generation: Generation of the frozen opponents; by default the last.
         n_generations: Number of generations of the fresh evolution.
+        n_episodes: Number of episodes of each final measurement.
         seed: Seed of the fresh evolution, which should not be that of the run.
         watch: Function called after each generation of the fresh evolution.
 
@@ -79,15 +81,15 @@ def evolve_response(
     # Without the league, so that the frozen team is the only opponent.
     config = history.config.replace(seed=seed, generations=n_generations, league="")
     fresh = History.evolve(config, evaluator, watch, {other: history.player(other, generation)})
-    curve = fresh.curves["caught"]
+    curve = fresh.payoff
     best = int(fresh.kept[curve[fresh.kept].argmax() if role == "predators" else curve[fresh.kept].argmin()])
     then = np.array([generation])
     frozen, contemporaries = history.entrants(other, then), history.entrants(role, then)
 
     # The starts differ from those on which the champion was selected, so that selection does not bias the result.
-    def caught(responder: TeamBatch) -> float:
+    def payoff(responder: TeamBatch) -> float:
         predators, prey = (responder, frozen) if role == "predators" else (frozen, responder)
-        return float(cross_play(predators, prey, evaluator, n_episodes=_EPISODES, seed=seed).caught[0, 0])
+        return float(cross_play(predators, prey, evaluator, n_episodes=n_episodes, seed=seed).payoff[0, 0])
 
     answer = fresh.entrants(role, np.array([best]))
-    return BestResponse(role, generation, caught(contemporaries), caught(answer), curve)
+    return BestResponse(role, generation, payoff(contemporaries), payoff(answer), curve)

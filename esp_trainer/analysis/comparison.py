@@ -16,10 +16,9 @@ from esp_trainer.analysis.cross_play import EPISODES, PANEL, cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm
 from esp_trainer.analysis.progress import progress
-from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.tasks import TASKS
 from esp_trainer.teams.zoo import FIRST, known_teams, load_team
-from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
+from esp_trainer.types import ROLES, Evaluator, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
@@ -45,16 +44,16 @@ def name_of(role: Role, panel: str, kind: str) -> str:
     return f"{role}_{panel}_{kind}"
 
 
-def held_out_opponents(env: EnvConfig, runs: Sequence[History] = (), *, older_only: bool = False) -> Opponents:
+def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, older_only: bool = False) -> Opponents:
     """Return opponents that no compared run trained against.
 
     Args:
-        env: The world. If it is a task of the zoo, the zoo's held-out teams for it are included.
+        env: The world. If it is a task of the zoo, the zoo's held-out teams for it are included. None for another game.
         runs: Runs of that world that are not themselves compared. Six champions of each evolved side are included.
         older_only: True to leave out the zoo's teams of the race presets.
     """
     found: Opponents = {role: [] for role in ROLES}
-    tasks = {name for name, task in TASKS.items() if world_of(task) == world_of(env)}
+    tasks = {name for name, task in TASKS.items() if env and world_of(task) == world_of(env)}
     for team in known_teams().values():
         older = team.preset.startswith(FIRST)
         if team.held_out and team.task in tasks and (older or not older_only):
@@ -65,8 +64,10 @@ def held_out_opponents(env: EnvConfig, runs: Sequence[History] = (), *, older_on
     return found
 
 
-def scripts() -> Opponents:
-    """Return all scripts of both sides."""
+def scripts(*, another_game: bool = False) -> Opponents:
+    """Return all scripts of both sides; in another game than the predator-prey world there is only the random one."""
+    if another_game:
+        return {role: [ScriptedTeams("random")] for role in ROLES}
     return {role: [ScriptedTeams(script) for script in SCRIPTS[role]] for role in ROLES}
 
 
@@ -74,7 +75,7 @@ def caught_by_each(
     role: Role,
     mine: TeamBatch,
     opponents: Sequence[TeamBatch],
-    evaluator: FusedEvaluator,
+    evaluator: Evaluator,
     *,
     n_episodes: int = EPISODES,
 ) -> np.ndarray:
@@ -88,13 +89,13 @@ def caught_by_each(
         n_episodes: Number of episodes per pair.
 
     Returns:
-        Fraction of prey caught, float64 ``(n_teams, n_opponents)``.
+        Payoff to the predators (fraction of prey caught), float64 ``(n_teams, n_opponents)``.
     """
 
     def caught(theirs: TeamBatch) -> np.ndarray:
         if role == "predators":
-            return cross_play(mine, theirs, evaluator, n_episodes=n_episodes).caught
-        return cross_play(theirs, mine, evaluator, n_episodes=n_episodes).caught.T
+            return cross_play(mine, theirs, evaluator, n_episodes=n_episodes).payoff
+        return cross_play(theirs, mine, evaluator, n_episodes=n_episodes).payoff.T
 
     return np.concatenate([caught(theirs) for theirs in opponents], axis=1)
 
@@ -108,10 +109,12 @@ class MeasuredCondition:
     curves: dict[str, np.ndarray]
     """Mean result of each of these generations, float64 ``(G,)``, higher is better, by side and panel (for example
     ``predators_held_out``). Scripted sides and empty panels have no curve."""
-    caught: np.ndarray
-    """Fraction of prey caught, champion against champion, float64 ``(n_generations,)``."""
+    payoff: np.ndarray
+    """Payoff to the predators (fraction of prey caught), champion against champion, float64 ``(n_generations,)``."""
     values: Values
     """Value of each measure in :func:`measures`."""
+    captures: bool = True
+    """True if payoffs are fractions of prey caught; False in another game than the predator-prey world."""
 
 
 @dataclass(frozen=True)
@@ -127,21 +130,22 @@ class Condition:
         return values[~np.isnan(values)]
 
 
-def measures() -> list[str]:
+def measures(*, captures: bool = True) -> list[str]:
     """Return the names of all measures of a run, in the order in which they are reported.
 
     Measures against panels are the fraction of prey caught for predators, and the fraction not caught for prey.
-    ``caught`` is the fraction of prey caught, champion against champion, in the last third of the run.
+    ``caught`` is the fraction of prey caught, champion against champion, in the last third of the run. In another game
+    all are payoffs, and its name is ``payoff``.
     ``predators_signal`` and ``prey_signal`` are the mean signal of selection over the run.
     """
     panels = [name_of(role, panel, kind) for panel in (HELD_OUT, SCRIPTED) for role in ROLES for kind in KINDS]
-    return [*panels, "caught", *(f"{role}_signal" for role in ROLES)]
+    return [*panels, "caught" if captures else "payoff", *(f"{role}_signal" for role in ROLES)]
 
 
 def measure(
     history: History,
     panels: Mapping[str, Opponents],
-    evaluator: FusedEvaluator,
+    evaluator: Evaluator,
     *,
     n_generations: int = GENERATIONS,
     n_episodes: int = EPISODES,
@@ -164,21 +168,23 @@ def measure(
     generations = history.sample(n_generations)
     if len(generations) < LEAST:
         raise ValueError(f"progress takes at least {LEAST} generations, got {len(generations)}")
-    values, curves = dict.fromkeys(measures(), float("nan")), {}
+    captures = not history.config.game.environment
+    total = 1.0 if captures else 0.0
+    values, curves = dict.fromkeys(measures(captures=captures), float("nan")), {}
     for role in history.champions:
         mine = history.entrants(role, generations)
         for panel, opponents in panels.items():
             if not opponents[other_team(role)]:
                 continue
-            caught = caught_by_each(role, mine, opponents[other_team(role)], evaluator, n_episodes=n_episodes)
-            results = caught if role == "predators" else 1 - caught
-            whole, late = progress(results), progress(results[len(results) // 2 :])
+            payoff = caught_by_each(role, mine, opponents[other_team(role)], evaluator, n_episodes=n_episodes)
+            results = payoff if role == "predators" else total - payoff
+            whole, late = progress(results, total), progress(results[len(results) // 2 :], total)
             curves[f"{role}_{panel}"] = whole.curve
             for kind, value in zip(KINDS, (whole.level, whole.strength, late.strength), strict=True):
                 values[name_of(role, panel, kind)] = value
-    in_loop = history.curves["caught"]
-    values["caught"] = float(in_loop[-max(1, len(in_loop) // 3) :].mean())
-    return MeasuredCondition(generations, curves, in_loop, values)
+    in_loop = history.payoff
+    values["caught" if captures else "payoff"] = float(in_loop[-max(1, len(in_loop) // 3) :].mean())
+    return MeasuredCondition(generations, curves, in_loop, values, captures)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,15 @@ def check_same_world(runs: Sequence[tuple[Path, RunConfig]]) -> None:
     (first_path, first), *others = runs
     wanted = world_of(first.env)
     for path, config in others:
+        if config.game != first.game:
+            games = [each.game.environment or "the predator-prey world" for each in (first, config)]
+            with_options = (
+                f" with options {first.game.options} and {config.game.options}" if games[0] == games[1] else ""
+            )
+            raise ValueError(
+                f"runs must be of one game, so that their teams can meet, got {games[0]} in {first_path} and "
+                f"{games[1]} in {path}{with_options}"
+            )
         for name, value in world_of(config.env).items():
             if value != wanted[name]:
                 raise ValueError(

@@ -14,7 +14,7 @@ import numpy as np
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
-from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_config, side_controller
+from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_config, side_controller, side_shape
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team, as_candidates
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
@@ -33,12 +33,14 @@ class History:
     """Genomes of the champions of each evolving side in the generations ``kept``, float32
     ``(n_kept, n_agents, n_networks, n_hidden, n_genes)``."""
     curves: dict[str, np.ndarray]
-    """Curves by name, float64 ``(n_generations, ...)``.
+    """Curves by name, float64 ``(n_generations, ...)``: those of :data:`CURVES`, or in another game than the
+    predator-prey world of :data:`PAYOFF_CURVES`.
 
     Champion against champion, from held-out starts: ``caught`` (fraction of prey caught), ``all_caught`` and
     ``none_caught`` (fractions of episodes), ``caught_by_even`` (fraction of prey caught, by number of predators that
     start at an even distance) and ``steps`` (length of an episode). In the trials of each side, ``(n_generations, 2)``
-    with nan for a fixed side: ``trials_caught`` (fraction of prey caught) and ``trials_mean`` (mean fitness)."""
+    with nan for a fixed side: ``trials_caught`` (fraction of prey caught) and ``trials_mean`` (mean fitness).
+    In another game ``payoff`` and ``trials_payoff`` take the place of all fractions of prey."""
     kept: np.ndarray = field(default=None)  # type: ignore[arg-type]  # filled in below
     """Generations whose champions are kept, int ``(n_kept,)``; by default all. Fewer if the run is longer than its hall
     of fame."""
@@ -48,7 +50,15 @@ class History:
             object.__setattr__(self, "kept", np.arange(len(self)))
 
     def __len__(self) -> int:
-        return len(self.curves["caught"])
+        return len(self.payoff)
+
+    @property
+    def payoff(self) -> np.ndarray:
+        """Payoff to the predators, champion against champion, float64 ``(n_generations,)``.
+
+        In the predator-prey world it is the fraction of prey caught.
+        """
+        return payoff_curve(self.curves)
 
     def __repr__(self) -> str:
         """Return one line without the arrays."""
@@ -125,8 +135,9 @@ class History:
         curves = {name.removeprefix("curves."): array for name, array in arrays.items() if name.startswith("curves.")}
         try:
             config = RunConfig.from_dict(header["config"])
-            kept = arrays.get("kept", np.arange(len(curves["caught"])))
-            return cls(config, champions, {name: curves[name] for name in CURVES}, kept)
+            names = curve_names(config)
+            kept = arrays.get("kept", np.arange(len(curves[names[0]])))
+            return cls(config, champions, {name: curves[name] for name in names}, kept)
         except KeyError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error.args[0]} is missing") from None
         except ValueError as error:
@@ -175,7 +186,7 @@ class History:
         origin = {**self.config.model_dump(), "generation": generation}
         side, controller = side_config(self.config, role), side_controller(self.config, role)
         (genomes,) = self.genomes(role, np.array([generation]))
-        return Team(role, side, controller, genomes, origin, self.config.env.team(role).n_seen)
+        return Team(role, side, controller, genomes, origin, side_shape(self.config, role).n_seen)
 
     def player(self, role: Role, generation: int) -> Contestant:
         """Return the team that plays a side in a generation: the champion, or the script of a scripted side."""
@@ -185,7 +196,19 @@ class History:
 
 
 CURVES = ("caught", "all_caught", "none_caught", "caught_by_even", "steps", "trials_caught", "trials_mean")
-"""Names of the curves of :class:`History`."""
+"""Names of the curves of :class:`History`; the first is the payoff to the predators."""
+PAYOFF_CURVES = ("payoff", "steps", "trials_payoff", "trials_mean")
+"""Names of the curves in another game than the predator-prey world."""
+
+
+def curve_names(config: RunConfig) -> tuple[str, ...]:
+    """Return the names of the curves of a config's runs."""
+    return PAYOFF_CURVES if config.game.environment else CURVES
+
+
+def payoff_curve(curves: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the curve of the payoff to the predators."""
+    return curves["payoff"] if "payoff" in curves else curves["caught"]
 
 
 def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
@@ -193,6 +216,13 @@ def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
 
     def row(record: dict[str, Any]) -> dict[str, Any]:
         held_out, trials = record["held_out"], record["trials"]
+        if "payoff" in held_out:
+            return {
+                "payoff": held_out["payoff"]["rate"],
+                "steps": held_out["steps"],
+                "trials_payoff": [trials[role]["payoff"] if role in trials else np.nan for role in ROLES],
+                "trials_mean": [trials[role]["mean"] if role in trials else np.nan for role in ROLES],
+            }
         return {
             "caught": held_out["caught"]["rate"],
             "all_caught": held_out["predators_succeed"]["rate"],
@@ -204,4 +234,5 @@ def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
         }
 
     rows = [row(record) for record in records]
-    return {name: np.array([row[name] for row in rows], np.float64) for name in CURVES}
+    names = PAYOFF_CURVES if rows and "payoff" in rows[0] else CURVES
+    return {name: np.array([row[name] for row in rows], np.float64) for name in names}

@@ -54,7 +54,7 @@ def _check_fits(path: Path, history: History, config: RunConfig) -> None:
     def needed(of: RunConfig) -> dict[str, Any]:
         bred = {"algorithm", "algorithm_options"}  # of no matter to who plays
         sides: dict[str, Any] = {role: side_config(of, role).model_dump(exclude=bred) for role in history.champions}
-        return {"env": world_of(of.env), "sight": options_of(of.env.sight), **sides}
+        return {"game": of.game.model_dump(), "env": world_of(of.env), "sight": options_of(of.env.sight), **sides}
 
     different = difference(needed(history.config), needed(config))
     if different:

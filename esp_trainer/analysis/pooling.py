@@ -36,9 +36,9 @@ def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
     wanted = flat(first.model_dump(exclude=MAY_DIFFER))
     for path, config in others:
         for name, value in flat(config.model_dump(exclude=MAY_DIFFER)).items():
-            if value != wanted[name]:
+            if value != wanted.get(name):
                 raise ValueError(
-                    f"runs must differ in nothing but their seeds, got {first_path} with {name}={wanted[name]} and "
+                    f"runs must differ in nothing but their seeds, got {first_path} with {name}={wanted.get(name)} and "
                     f"{path} with {name}={value}; measure them one at a time"
                 )
         if config.seed in seeds:

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import games, phases, plots, progress
-from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
+from esp_trainer.analysis.cross_play import CrossPlay, Played, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.cli.runs import read_runs
 from esp_trainer.cli.streams import say
-from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.files import check_place
 from esp_trainer.types import Role
 from predprey_env.settings import counted
@@ -26,7 +26,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
     sampled = len(histories[0].sample(generations))
     if sampled < 3:
         raise ValueError(f"progress takes at least 3 generations, got {sampled}")
-    evaluator = FusedEvaluator(histories[0].config.env)
+    evaluator = make_evaluator(histories[0].config)
     names = [run.resolve().name for run in runs]
     if len(set(names)) < len(runs):
         names = [f"{name}-{i}" for i, name in enumerate(names)]
@@ -52,43 +52,43 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
     return 0
 
 
-def _tell(run: Path, history: History, own: CrossPlay, met: dict[Role, list[np.ndarray]]) -> None:
-    config, caught = history.config, own.caught
+def _tell(run: Path, history: History, own: Played, met: dict[Role, list[np.ndarray]]) -> None:
+    config, payoff, total = history.config, own.payoff, own.total
+    captures = isinstance(own, CrossPlay)
     print(f"{run}: {config.preset}, seed {config.seed}, {counted(len(history), 'generation')}")
     if len(history.champions) == 1:  # against a script
-        rates = caught.ravel()
+        rates = payoff.ravel()
         some = rates[np.unique(np.linspace(0, len(rates) - 1, 8).round().astype(int))]
-        print(f"  prey caught, from early to late   {' '.join(f'{share:.2f}' for share in some)}")
+        what = "prey caught" if captures else "payoff to the predators"
+        print(f"  {what}, from early to late   {' '.join(f'{share:z.2f}' for share in some)}")
         return
-    corners, both = progress.early_late(caught), progress.historical_progress(caught)
-    print(
-        f"  {caught.shape[0]} x {caught.shape[1]} generations, {counted(own.n_episodes, 'episode')} each; "
-        "share of prey caught:"
-    )
+    corners, both = progress.early_late(payoff, total), progress.historical_progress(payoff, total)
+    what = "share of prey caught" if captures else "payoff to the predators"
+    print(f"  {payoff.shape[0]} x {payoff.shape[1]} generations, {counted(own.n_episodes, 'episode')} each; {what}:")
     print(f"    {'':18}early prey   late prey")
-    print(f"    early predators   {corners.early_hunt_early:10.2f}  {corners.early_hunt_late:10.2f}")
-    print(f"    late predators    {corners.late_hunt_early:10.2f}  {corners.late_hunt_late:10.2f}")
+    print(f"    early predators   {corners.early_hunt_early:z10.2f}  {corners.early_hunt_late:z10.2f}")
+    print(f"    late predators    {corners.late_hunt_early:z10.2f}  {corners.late_hunt_late:z10.2f}")
     print(f"  progress against the run's own opponents   {_progress(both)}")
     if len(met) == 2 and met["predators"]:
-        against = progress.global_progress(met["predators"], met["prey"])
+        against = progress.global_progress(met["predators"], met["prey"], total)
         print(f"  progress against those of the other runs   {_progress(against)}")
-    dominant = [int(own.predators[g]) for g in progress.dominant_generations(caught, own.n_episodes)]
+    dominant = [int(own.predators[g]) for g in progress.dominant_generations(payoff, own.noise)]
     number = "generations" if len(dominant) > 1 else "generation"
     print(f"  dominance tournament   {len(dominant)} dominant: {number} {', '.join(map(str, dominant))}")
-    print(f"  who beats whom         {_ranking(caught, own.n_episodes)}")
-    game = games.solve_matrix(caught)
-    exploit = games.exploitability_of_generations(caught)
+    print(f"  who beats whom         {_ranking(own)}")
+    game = games.solve_matrix(payoff)
+    exploit = games.exploitability_of_generations(payoff)
     print(
         f"  as a game              value {game.value:z.2f}; optimal play mixes generations: "
         f"{game.support.predators} of the predators, {game.support.prey} of the prey"
     )
     worst = f"predators {exploit.predators[-1]:z.2f}, prey {exploit.prey[-1]:z.2f}"
     print(f"  the last generation    loses of that, against its worst opponent of the run: {worst}")
-    curve = history.curves["caught"]
+    curve = history.payoff
     if len(curve) >= 2 * phases.MIN_LENGTH:
         found = phases.phases(curve)
-        words = ", ".join(f"{p.start}-{p.end - 1}: {p.mean:.2f}" for p in found)
-        print(f"  phases of success      {words} of the prey caught")
+        words = ", ".join(f"{p.start}-{p.end - 1}: {p.mean:z.2f}" for p in found)
+        print(f"  phases of success      {words} {'of the prey caught' if captures else 'payoff to the predators'}")
         alternation = phases.alternation(curve, np.random.default_rng(0))
         print(f"  alternations           {alternation.count}; by chance as many with p = {alternation.p:.2g}")
 
@@ -108,11 +108,11 @@ def _tell_genealogy(run: Path, history: History) -> None:
     print(f"  from past champions    {', '.join(parts)}")
 
 
-def _ranking(caught: np.ndarray, episodes: int) -> str:
-    share = games.transitive_share(caught, episodes)
+def _ranking(own: Played) -> str:
+    share = games.transitive_share(own.payoff, own.noise)
     if not np.isnan(share):
         return f"{100 * share:.0f}% by a ranking, {100 - 100 * share:.0f}% in circles"
-    return "no differences beyond chance" if episodes > 1 else "not known from one episode a pair"
+    return "no differences beyond chance" if own.n_episodes > 1 else "not known from one episode a pair"
 
 
 def _progress(both: Sides[Progress]) -> str:
@@ -120,24 +120,33 @@ def _progress(both: Sides[Progress]) -> str:
     return f"predators {predators:+z.2f}, prey {prey:+z.2f}; two-sided {two_sided:+z.2f}"
 
 
-def _draw(place: Path, name: str, history: History, own: CrossPlay) -> None:
+def _draw(place: Path, name: str, history: History, own: Played) -> None:
+    payoff, captures = own.payoff, isinstance(own, CrossPlay)
+    name_of, what = ("caught", "share of prey caught") if captures else ("payoff", "payoff to the predators")
     figure, (axes,) = plots.panels(1, width=4.6, height=3.9)
-    data = plots.matrix(figure, axes, own.predators, own.prey, own.caught, top=max(0.5, float(own.caught.max())))
-    axes.set_title("who catches whom")
+    bottom, top = (0.0, max(0.5, float(payoff.max()))) if captures else (float(payoff.min()), float(payoff.max()))
+    data = plots.matrix(figure, axes, own.predators, own.prey, payoff, top, bottom, name_of, what)
+    axes.set_title("who catches whom" if captures else "who beats whom")
     plots.save(figure, place / f"{name}-ciao.png", data)
 
     figure, (axes,) = plots.panels(1, width=5.5, height=3)
-    curve = history.curves["caught"]
-    drawn = plots.curve(axes, np.arange(len(curve)), curve[None], "prey caught, 15 generations' mean", 0, window=15)
-    axes.set(xlabel="generation", ylabel="share of prey", ylim=(0, 1), title="champion against champion")
-    plots.save(figure, place / f"{name}-success.png", {"generation": np.arange(len(curve)), "caught": curve, **drawn})
+    curve = history.payoff
+    said = "prey caught" if captures else what
+    drawn = plots.curve(axes, np.arange(len(curve)), curve[None], f"{said}, 15 generations' mean", 0, window=15)
+    axes.set(xlabel="generation", ylabel="share of prey" if captures else "payoff", title="champion against champion")
+    if captures:
+        axes.set_ylim(0, 1)
+    plots.save(figure, place / f"{name}-success.png", {"generation": np.arange(len(curve)), name_of: curve, **drawn})
 
-    if own.caught.shape[0] == own.caught.shape[1]:
-        both = progress.master_tournament(own.caught)
+    if payoff.shape[0] == payoff.shape[1]:
+        both = progress.master_tournament(payoff, own.total)
         figure, (axes,) = plots.panels(1, width=5.5, height=3)
-        drawn = plots.curve(axes, own.predators, both.predators[None], "predators: prey caught", colour=plots.PREDATORS)
-        drawn |= plots.curve(axes, own.prey, both.prey[None], "prey: not caught", 1, colour=plots.PREY)
-        axes.set(xlabel="generation", ylabel="against all opponents of the run", ylim=(0, 1), title="master tournament")
+        labels = ("predators: prey caught", "prey: not caught") if captures else ("payoff to predators", "to prey")
+        drawn = plots.curve(axes, own.predators, both.predators[None], labels[0], colour=plots.PREDATORS)
+        drawn |= plots.curve(axes, own.prey, both.prey[None], labels[1], 1, colour=plots.PREY)
+        axes.set(xlabel="generation", ylabel="against all opponents of the run", title="master tournament")
+        if captures:
+            axes.set_ylim(0, 1)
         plots.legend(axes)
         plots.save(figure, place / f"{name}-master.png", {"generation": own.predators, **drawn})
     print(f"  figures                {place / name}-*.png")

@@ -9,7 +9,7 @@ import numpy as np
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.analysis.watch import watch
-from esp_trainer.cli.runs import read_runs
+from esp_trainer.cli.runs import check_world, read_runs
 from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import check_place, write_table
@@ -23,8 +23,9 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
     if table:
         check_place(table)
     histories = read_runs(runs)
-    shown = histories[0].sample(generations)
-    evaluator = FusedEvaluator(histories[0].config.env)
+    config, shown = histories[0].config, histories[0].sample(generations)
+    check_world("behaviours", runs[0], config)
+    evaluator = FusedEvaluator(config.env)
     found = []
     for run, history in zip(runs, histories, strict=True):
         say(f"watching {run} ...")

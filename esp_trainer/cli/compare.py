@@ -26,7 +26,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.pooling import check_directories, check_same_config, note_on_champions, note_on_lengths
 from esp_trainer.cli.report import place_of_page, read_all
 from esp_trainer.cli.streams import say
-from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.files import check_place, write_table, write_text
 from esp_trainer.report.comparison import page
 from esp_trainer.report.comparison_tables import notes_on, on_terminal, tables
@@ -34,6 +34,7 @@ from esp_trainer.report.source import SPREADS, RunSource, cut
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.sweep.plan import read_plan
 from esp_trainer.teams.zoo import unknown
+from esp_trainer.types import Evaluator
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,10 @@ def compare(
     baseline = _baseline(list(by_condition), settings.against)
     place = place_of_page(runs, out, "compare.html")
     _check_places(place, csv)
-    env = sources[0].config.env
-    panels = {HELD_OUT: held_out_opponents(env, others), SCRIPTED: scripts()}
-    measured = _measure(by_condition, panels, FusedEvaluator(env), settings)
+    config = sources[0].config
+    env = None if config.game.environment else config.env
+    panels = {HELD_OUT: held_out_opponents(env, others), SCRIPTED: scripts(another_game=env is None)}
+    measured = _measure(by_condition, panels, make_evaluator(config), settings)
     against = next(each for each in measured if each.name == baseline)
     found = tables(measured, against)
     notes += [*more, *notes_on(measured, against)]
@@ -186,7 +188,7 @@ def _baseline(names: Sequence[str], wanted: str | None) -> str:
 def _measure(
     by_condition: dict[str, list[RunSource]],
     panels: dict[str, Opponents],
-    evaluator: FusedEvaluator,
+    evaluator: Evaluator,
     settings: CompareOptions,
 ) -> list[Condition]:
     def measured(source: RunSource) -> MeasuredCondition:
@@ -207,9 +209,10 @@ def _signals(source: RunSource) -> dict[str, float]:
 
 def _write(file: Path, by_condition: dict[str, list[RunSource]], measured: Sequence[Condition]) -> None:
     """Write a CSV file with a line for each run. Unknown values are left empty."""
-    lines: list[list[object]] = [["run", "condition", "seed", "generations", *measures()]]
+    names = measures(captures=measured[0].runs[0].captures)
+    lines: list[list[object]] = [["run", "condition", "seed", "generations", *names]]
     for condition in measured:
         for source, run in zip(by_condition[condition.name], condition.runs, strict=True):
-            values = [f"{run.values[name]:.6g}" if not np.isnan(run.values[name]) else "" for name in measures()]
+            values = [f"{run.values[name]:.6g}" if not np.isnan(run.values[name]) else "" for name in names]
             lines.append([source.path, condition.name, source.config.seed, len(source), *values])
     write_table(file, lines)

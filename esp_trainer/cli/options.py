@@ -45,7 +45,12 @@ positive = whole(1, 2**31 - 1)  # the length of an array
 
 def add_players(parser: argparse.ArgumentParser) -> None:
     """Add the options of commands that play the trials of a run."""
-    parser.add_argument("--threads", type=positive, metavar="N", help="number of threads; by default one for each core")
+    parser.add_argument(
+        "--threads",
+        type=positive,
+        metavar="N",
+        help="number of threads (in another game, processes); by default one for each core",
+    )
     parser.add_argument("--address", metavar="ADDRESS", help=f"play on a Ray cluster: {ADDRESS}")
     parser.add_argument(
         "--quiet", action="store_true", help="print a line for each checkpoint instead of a progress bar"

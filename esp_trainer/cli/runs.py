@@ -13,6 +13,13 @@ from esp_trainer.analysis.pooling import (
     note_on_lengths,
 )
 from esp_trainer.cli.streams import say
+from esp_trainer.config import RunConfig
+
+
+def check_world(command: str, run: Path, config: RunConfig) -> None:
+    """Raise :class:`ValueError` if a run plays another game than a command is for."""
+    if game := config.game.environment:
+        raise ValueError(f"{command} is for the predator-prey world, got {run}, which plays {game}")
 
 
 def read_runs(runs: list[Path]) -> list[History]:

@@ -198,7 +198,9 @@ class _Bars:
         if name not in self._bars:
             self._bars[name] = self._progress.add_task(name, total=self._runs[name].config.generations, caught="")
         try:
-            caught = f"caught {json.loads(self._last[name])['held_out']['caught']['rate']:.2f}"
+            held_out = json.loads(self._last[name])["held_out"]
+            payoff = "caught" if "caught" in held_out else "payoff"
+            caught = f"{payoff} {held_out[payoff]['rate']:z.2f}"
         except (ValueError, TypeError, KeyError):
             caught = ""
         self._progress.update(self._bars[name], completed=self._done[name], caught=caught)
@@ -207,8 +209,12 @@ class _Bars:
 def _line(result: RunResult) -> str:
     if result.reason:
         return f"{result.run.name}: failed: {result.reason}"
-    done = counted(result.generations, "generation")
-    return f"{result.run.name}: {done}, {result.figures['caught']:.2f} of the prey caught"
+    success = (
+        f"{result.figures['caught']:.2f} of the prey caught"
+        if "caught" in result.figures
+        else f"payoff {result.figures['payoff']:z.2f}"
+    )
+    return f"{result.run.name}: {counted(result.generations, 'generation')}, {success}"
 
 
 def _tell(results: Sequence[RunResult], out: Path) -> None:

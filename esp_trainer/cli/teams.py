@@ -96,7 +96,7 @@ def _in_zoo(team: Team, _: str) -> str:
 
 def _world_in_words(team: Team, path: str) -> str:
     world = _world(team, path)
-    return world.changes if world else ""
+    return world.changes if world else team.game
 
 
 def _shapes(controller: Controller) -> str:
@@ -183,7 +183,10 @@ def _load(name: str) -> Contestant:
         return OptimalPlay.load(name.removeprefix(_OPTIMAL))
     if name in NUMBERS and not Path(name).exists():
         return ScriptedTeams(name)
-    return _evolved(name, NUMBERS)
+    team = _evolved(name, NUMBERS)
+    if team.game:
+        raise ValueError(f"{name} plays {team.game}: evaluate and replay are for the predator-prey world")
+    return team
 
 
 def _evolved(name: str, besides: Iterable[str] = ()) -> Team:

@@ -23,11 +23,12 @@ from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
 from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig
-from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
 from esp_trainer.run.trainer import Trainer, record
+from esp_trainer.statistics import Captures, Payoffs, in_short
 from esp_trainer.types import ROLES, Evaluator, Role
 from predprey_env.settings import counted
 
@@ -52,15 +53,16 @@ class Players:
     def evaluator(self, config: RunConfig, undo: Callable[[], object] = lambda: None) -> Evaluator:
         """Return an evaluator with a compiled kernel; a signal during the compilation calls ``undo`` and exits."""
         threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
+        if self.address and config.game.environment:
+            raise ValueError(f"--address plays the predator-prey world alone, got {config.game.environment}")
         if self.address and episodes < 2 * LEAST_EPISODES:
             say(
                 f"a generation of {counted(episodes, 'episode')} is played here: "
                 "shards of it would cost more than they bring"
             )
-        evaluator = (
-            ShardedEvaluator(config.env, threads=threads) if self.address else FusedEvaluator(config.env, threads)
-        )
-        say("preparing the compiled kernel (some 15 s the first time, then from the cache) ...")
+        evaluator = ShardedEvaluator(config.env, threads=threads) if self.address else make_evaluator(config, threads)
+        what = "networks" if config.game.environment else "kernel"
+        say(f"preparing the compiled {what} (some 15 s the first time, then from the cache) ...")
 
         def leave(number: int, _frame: FrameType | None) -> None:
             undo()
@@ -180,12 +182,10 @@ def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | N
                     bar.write(f"warning: {_lost_gradient(role, alike)}", file=sys.stderr)
             if log:
                 log.add(record(generation, generation.held_out.as_dict()), generation.seconds)
-            held_out = generation.held_out
-            rates = held_out.predators_succeed.rate, held_out.prey_succeed.rate
-            bar.set_description_str("predators {:.2f} prey {:.2f}".format(*rates), refresh=False)
+            bar.set_description_str(_at_a_glance(generation.held_out), refresh=False)
             bar.update()
             if plain and trainer.done % trainer.config.checkpoint_every == 0:
-                say(f"generation {trainer.done}/{total}: {_success(generation)}")
+                say(f"generation {trainer.done}/{total}: {in_short(generation.held_out.as_dict())}")
 
 
 def _disengaged(recent: Sequence[Generation]) -> Iterator[tuple[Role, float]]:
@@ -203,26 +203,34 @@ def _lost_gradient(role: Role, alike: float) -> str:
     )
 
 
-def _success(generation: Generation) -> str:
-    held_out = generation.held_out
-    predators, prey = held_out.predators_succeed.rate, held_out.prey_succeed.rate
-    return f"predators succeed {predators:.2f}, prey {prey:.2f}, caught {held_out.caught.rate:.2f}"
+def _at_a_glance(held_out: Captures | Payoffs) -> str:
+    if isinstance(held_out, Payoffs):
+        return f"payoff {held_out.payoff.rate:z.2f}"
+    return f"predators {held_out.predators_succeed.rate:.2f} prey {held_out.prey_succeed.rate:.2f}"
+
+
+def _of_recent(held_out: Sequence[Captures | Payoffs]) -> str:
+    """Return the mean results of champion against champion in words."""
+
+    def mean(values: list[float]) -> str:
+        return f"{sum(values) / len(values):z.2f}"
+
+    if captures := [each for each in held_out if isinstance(each, Captures)]:
+        return (
+            f"{mean([each.caught.rate for each in captures])} of the prey caught; "
+            f"predators catch all in {mean([each.predators_succeed.rate for each in captures])} of the episodes, "
+            f"prey all survive in {mean([each.prey_succeed.rate for each in captures])}"
+        )
+    predators, prey = (mean([getattr(each, f"{name}_fitness") for each in held_out]) for name in ("predator", "prey"))
+    payoff = mean([each.payoff.rate for each in held_out])
+    return f"payoff {payoff} to the predators; a predator is paid {predators} an episode, a prey {prey}"
 
 
 def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
-
-    def mean(values: list[float]) -> str:
-        return f"{sum(values) / len(values):.2f}"
-
     print(f"{counted(trainer.done, 'generation')} in {trainer.directory.path}")
     if recent:
-        caught = mean([g.held_out.caught.rate for g in recent])
-        predators = mean([g.held_out.predators_succeed.rate for g in recent])
-        prey = mean([g.held_out.prey_succeed.rate for g in recent])
-        print(
-            f"last {counted(len(recent), 'generation')}, champion against champion: {caught} of the prey caught; "
-            f"predators catch all in {predators} of the episodes, prey all survive in {prey}"
-        )
+        results = _of_recent([generation.held_out for generation in recent])
+        print(f"last {counted(len(recent), 'generation')}, champion against champion: {results}")
     players = {
         role: trainer.directory.champion_file(role, trainer.done - 1)
         if role in trainer.coevolution.evolving
@@ -233,7 +241,10 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
     print(f"  the curves    {trainer.directory.metrics_file}")
     print(f"  the teams     {trainer.directory.champions}/")
     print(f"next:\n  esp-trainer report {quoted(trainer.directory.path)}")
-    print(f"  esp-trainer replay {pair}\n  esp-trainer evaluate {pair}")
+    if trainer.config.game.environment:
+        print(f"  esp-trainer analyse {quoted(trainer.directory.path)}")
+    else:
+        print(f"  esp-trainer replay {pair}\n  esp-trainer evaluate {pair}")
 
 
 def quoted(argument: Path | str) -> str:

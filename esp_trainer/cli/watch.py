@@ -28,6 +28,7 @@ from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
 from esp_trainer.run.directory import RunDirectory, Tail
 from esp_trainer.run.lock import Lock
+from esp_trainer.statistics import in_short
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 from predprey_env.settings import counted
@@ -37,6 +38,7 @@ _CURVES = {
     "caught": ("prey caught", "yellow"),
     "all_caught": ("all caught: predators succeed", "red"),
     "none_caught": ("none caught: prey succeed", "blue"),
+    "payoff": ("payoff to the predators, from its lowest to its highest", "yellow"),
 }
 _RECENT = 10  # number of generations in the mean beside a curve
 _CHASE = 46  # number of terminal columns of the episode
@@ -102,10 +104,8 @@ def _plain(directory: RunDirectory, config: RunConfig, keyboard: Keyboard) -> No
         was, deserted = deserted, Lock.is_free(directory.path)
         known = log.look()
         for record in log.lines[told:]:
-            rates = {name: record["held_out"][name]["rate"] for name in ("predators_succeed", "prey_succeed", "caught")}
             print(
-                f"generation {record['generation'] + 1}/{config.generations}: predators succeed "
-                f"{rates['predators_succeed']:.2f}, prey {rates['prey_succeed']:.2f}, caught {rates['caught']:.2f}",
+                f"generation {record['generation'] + 1}/{config.generations}: {in_short(record['held_out'])}",
                 flush=True,
             )
         told = max(told, known)
@@ -131,7 +131,7 @@ def _live(directory: RunDirectory, config: RunConfig, fps: int, keyboard: Keyboa
         while True:
             hints = [_how_to_stop(keyboard), *([_deserted(directory.path)] if Lock.is_free(directory.path) else [])]
             done = log.look()
-            episode = _chase(directory, config, done - 1) if done else None
+            episode = _chase(directory, config, done - 1) if done and not config.game.environment else None
             for frame in as_text(episode) if episode else [""]:
                 title = f"champions of generation {done - 1}" if episode else ""
                 chase = Text(f"{title}\n{frame}", no_wrap=True, overflow="crop")
@@ -172,8 +172,13 @@ def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[st
         return Group(*lines, Text("waiting for the first generation ..."))
     room = max(10, min(60, width - _CHASE))
     for name, (meaning, colour) in _CURVES.items():
-        lines += [Text(), Text(f"{log.curves[name][-_RECENT:].mean():.2f} {meaning}")]
-        lines += [Text(line, colour, no_wrap=True, overflow="crop") for line in chart(log.curves[name], room, 3)]
+        if name not in log.curves:
+            continue
+        curve = log.curves[name]
+        lines += [Text(), Text(f"{curve[-_RECENT:].mean():z.2f} {meaning}")]
+        if name == "payoff":  # of any scale
+            curve = (curve - curve.min()) / (np.ptp(curve) or 1.0)
+        lines += [Text(line, colour, no_wrap=True, overflow="crop") for line in chart(curve, room, 3)]
     return Group(*lines, *map(Text, _signals(log.lines[-_RECENT:])))
 
 

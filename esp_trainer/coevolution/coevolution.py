@@ -16,12 +16,13 @@ from esp_trainer.coevolution.episodes import play
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.opponents import CHOICES, past_teams
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
-from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, summarise
+from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, ranked, summarise
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.signal import Signal, ties
 from esp_trainer.esp.subpopulations import Parents, Subpopulations
 from esp_trainer.seeding import stream
-from esp_trainer.statistics import Captures, count_captures
+from esp_trainer.statistics import Captures, Payoffs
+from esp_trainer.statistics import summarise as summarise_results
 from esp_trainer.types import (
     Evaluator,
     EvolvedTeams,
@@ -55,12 +56,13 @@ class Generation:
     """Diversity and scale of the genes that the teams were sampled from."""
     signals: dict[Role, Signal]
     """Signal of each side's selection."""
-    held_out: Captures
+    held_out: Captures | Payoffs
     """Results of champion against champion, or against the fixed side, from the held-out starts."""
     seconds: dict[str, float]
     """Wall time of each phase, in seconds."""
     exploited: dict[Role, float] = field(default_factory=dict)
-    """Fraction of the prey caught by each side's new exploiter, or from it, if the generation brought any."""
+    """Mean payoff to the predators of each side's new exploiter, or against it, if the generation brought any. In the
+    predator-prey world it is the fraction of the prey caught."""
     bred: dict[Role, Bred] = field(default_factory=dict)
     """Parents of each side's new neurons, if the run keeps them."""
 
@@ -70,8 +72,8 @@ class Exploiter(NamedTuple):
 
     genomes: np.ndarray
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
-    caught: float
-    """Fraction of the prey caught when it met that team, from held-out starts."""
+    payoff: float
+    """Mean payoff to the predators when it met that team, from held-out starts."""
 
 
 class Coevolution:
@@ -147,10 +149,10 @@ class Coevolution:
             "held_out": measured - chosen,
             "breeding": (perf_counter() - exploited) + (asked_at - begun),
         }
-        caught = {role: each.caught for role, each in exploiters.items()}
+        payoffs = {role: each.payoff for role, each in exploiters.items()}
         if self.config.esp.exploiters_every:
             seconds["exploiters"] = exploited - measured
-        return Generation(number, trials, champions, spreads, signals, held_out, seconds, caught, bred), sides
+        return Generation(number, trials, champions, spreads, signals, held_out, seconds, payoffs, bred), sides
 
     def _exploiting(self, number: int) -> Collection[Role]:
         """Return the sides that get an exploiter after a generation."""
@@ -170,8 +172,8 @@ class Coevolution:
         )
         run = Coevolution(config, {**new_sides(config), opponent: champions[opponent]}, self.evaluator)
         generations = map(run.step, range(config.esp.exploiter_generations))
-        found = [Exploiter(each.champions[role].genomes, each.held_out.caught.rate) for each in generations]
-        return max(found, key=lambda each: each.caught if role == "predators" else -each.caught)
+        found = [Exploiter(each.champions[role].genomes, each.held_out.payoff.rate) for each in generations]
+        return max(found, key=lambda each: each.payoff if role == "predators" else -each.payoff)
 
     def _stream(self, purpose: str, number: int) -> np.random.Generator:
         return stream(self.config.seed, purpose, number)
@@ -258,11 +260,11 @@ class Coevolution:
             best, stagnant = -np.inf, 0
         return EvolvingSide(population, fame, best, stagnant)
 
-    def _measure(self, champions: dict[Role, Champion]) -> Captures:
+    def _measure(self, champions: dict[Role, Champion]) -> Captures | Payoffs:
         n = len(self._held_out)
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
         result = play(self.evaluator, self._batch(teams, self._held_out))
-        return count_captures(result, self._even, self.config.env.n_predators)
+        return summarise_results(result, self._even)
 
 
 def _keep_parents(populations: Mapping[Role, Algorithm]) -> None:
@@ -284,6 +286,6 @@ def _remember(fame: HallOfFame, role: Role, parts: dict[Role, list[Part]]) -> Ha
     """Return a side's hall of fame with the results of the other side's trials against its champions."""
     for part in parts.get(other_team(role), []):
         if part.past is not None:
-            caught = part.captured.mean(axis=2)
-            fame = fame.with_results(part.past, caught if role == "predators" else 1.0 - caught)
+            won = part.payoff if part.is_share else ranked(part.payoff)
+            fame = fame.with_results(part.past, won if role == "predators" else 1.0 - won)
     return fame

@@ -14,9 +14,11 @@ from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller, wiring_for
+from esp_trainer.game import game_of
 from esp_trainer.networks.controller import Controller
 from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, Fixed, Role, ScriptedTeams
+from predprey_env.config import TeamShape
 
 
 @dataclass
@@ -39,10 +41,18 @@ def side_config(config: RunConfig, role: Role) -> SideConfig:
     return config.predators if role == "predators" else config.prey
 
 
+def side_shape(config: RunConfig, role: Role) -> TeamShape:
+    """Return the sizes of one side's team. Raises :class:`~esp_trainer.game.GameError` if there is no such game."""
+    return game_of(config.game).shapes[role] if config.game.environment else config.env.team(role)
+
+
 def side_controller(config: RunConfig, role: Role) -> Controller:
     """Return the controller of one side's agents."""
-    settings, shape, sight = side_config(config, role), config.env.team(role), config.env.sight
-    wiring = wiring_for(settings, shape.n_opponents, shape.n_agents, sight)
+    settings, shape, sight = side_config(config, role), side_shape(config, role), config.env.sight
+    if config.game.environment:  # one network, which reads all that the agent observes
+        wiring = np.arange(shape.n_seen).reshape(1, -1)
+    else:
+        wiring = wiring_for(settings, shape.n_opponents, shape.n_agents, sight)
     return make_controller(settings, wiring, shape.n_actions, shape.n_agents, sight)
 
 
@@ -67,7 +77,7 @@ def _new_side(config: RunConfig, role: Role, league: League) -> Side:
     if policy != "esp":
         return ScriptedTeams(policy)
     controller = side_controller(config, role)
-    n_genomes = config.env.team(role).n_agents // controller.n_together
+    n_genomes = side_shape(config, role).n_agents // controller.n_together
     algorithm = _started(config, role, controller, n_genomes)
     nobody = np.empty((0, n_genomes, *controller.shape), np.float32)
     return EvolvingSide(algorithm, HallOfFame(nobody, config.esp.hof_size, guests=league.genomes.get(role)))

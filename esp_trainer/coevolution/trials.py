@@ -18,10 +18,14 @@ class Part:
 
     fitness: Fitness = field(repr=False)
     """Fitness of each agent, ``(n_trials, n_episodes, n_agents)``."""
-    captured: np.ndarray = field(repr=False)
-    """True for each prey that was caught, bool ``(n_trials, n_episodes, n_prey)``."""
+    payoff: np.ndarray = field(repr=False)
+    """Payoff of each episode to the predators, float64 ``(n_trials, n_episodes)``."""
+    mean_payoff: float
+    """Mean payoff over all episodes."""
     opponents: TeamBatch
     """Opponents of each trial, or of each episode of each trial."""
+    is_share: bool = True
+    """True if a payoff is the share of a win, in [0, 1], as a fraction of prey caught is."""
     past: np.ndarray | None = field(default=None, repr=False)
     """Places of past champions in the hall of fame, int ``(n_trials, n_episodes)``; None for other opponents."""
 
@@ -32,10 +36,10 @@ class Part:
         With ``past``, the trials of the result may be single episodes, which are gathered into
         ``(n_trials, n_episodes)``.
         """
-        fitness, captured = result.fitness_of(role), result.captured
+        fitness, payoff = result.fitness_of(role), result.payoff
         if past is not None:
-            fitness, captured = fitness.reshape(*past.shape, -1), captured.reshape(*past.shape, -1)
-        return cls(fitness, captured, opponents, past)
+            fitness, payoff = fitness.reshape(*past.shape, -1), payoff.reshape(past.shape)
+        return cls(fitness, payoff, result.mean_payoff, opponents, result.returned is None, past)
 
     @property
     def n_episodes(self) -> int:
@@ -58,19 +62,29 @@ class Trials:
     """Mean fitness of each agent over the episodes, ``(n_trials, n_agents)``."""
     earned: Fitness = field(repr=False)
     """Fitness for breeding, ``(n_trials, n_agents)``: after fitness sharing, minus the mean of the block of trials."""
-    caught: float
-    """Fraction of prey caught."""
+    payoff: float
+    """Mean payoff to the predators: in the predator-prey world the fraction of prey caught."""
 
 
 def summarise(parts: Sequence[Part], esp: EspConfig) -> Trials:
     """Return the results of trials from their episodes against opponents of each kind."""
     n_episodes = sum(part.n_episodes for part in parts)
     fitness = sum(part.fitness.sum(axis=1) for part in parts) / n_episodes
-    caught = sum(part.n_episodes * float(part.captured.mean()) for part in parts) / n_episodes
+    payoff = sum(part.n_episodes * part.mean_payoff for part in parts) / n_episodes
     earned = fitness
     if esp.fitness_sharing:
         earned = sum(part.n_episodes * part.shared() for part in parts) / n_episodes
-    return Trials(fitness, centred(earned, esp.block_size), caught)
+    return Trials(fitness, centred(earned, esp.block_size), payoff)
+
+
+def ranked(payoff: np.ndarray) -> np.ndarray:
+    """Return the rank of each payoff among all, from 0 for the lowest to 1 for the highest, float64 of the same shape.
+
+    Equal payoffs share their mean rank. Payoffs of any scale become wins by this: half of the episodes are won.
+    """
+    _, which, counts = np.unique(payoff, return_inverse=True, return_counts=True)
+    middle = np.cumsum(counts) - (counts + 1) / 2
+    return (middle / max(1, payoff.size - 1))[which].reshape(payoff.shape) if payoff.size > 1 else payoff * 0 + 0.5
 
 
 def centred(fitness: Fitness, block_size: int) -> Fitness:

@@ -81,6 +81,12 @@ class Team:
             raise ValueError(f"{error}: save the team with provenance {IN_A_WORLD}") from None
 
     @property
+    def game(self) -> str:
+        """Environment of the game that the team evolved in; empty for the predator-prey world."""
+        game = self.provenance.get("game", {})
+        return str(game.get("environment", "")) if isinstance(game, Mapping) else ""
+
+    @property
     def roles(self) -> tuple[Role, ...]:
         """The role of the team; see :class:`~esp_trainer.types.Contestant`."""
         return (self.role,)
@@ -142,6 +148,8 @@ class Team:
 
     def check_fits(self, role: Role, env: EnvConfig) -> None:
         """Raise :class:`ValueError` unless the team can play a role in a world."""
+        if self.game:
+            raise ValueError(f"this command is for the predator-prey world, got a team that plays {self.game}")
         if self.role != role:
             raise ValueError(f"expected {role}, got a team of {self.role}")
         n_agents, n_opponents, n_actions, _ = env.team(role)

@@ -8,6 +8,7 @@ environment's observations.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,7 +17,17 @@ from pettingzoo import ParallelEnv
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import Team, pick
 from esp_trainer.evaluation.starts import CellStarts
-from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, Starts, TeamBatch, TrialBatch, TrialResult
+from esp_trainer.types import (
+    ROLES,
+    EvolvedTeams,
+    Role,
+    ScriptedTeams,
+    Starts,
+    TeamBatch,
+    TrialBatch,
+    TrialResult,
+    zero_sum_part,
+)
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
 from predprey_env.envs.team import observed_by
@@ -83,7 +94,9 @@ class ReferenceEvaluator:
                     result.captured[trial, episode] |= np.array(caught, bool)
                     steps = [info["steps"] for info in infos.values() if "steps" in info]
                     result.steps[trial, episode] = max(steps, default=call)
-        return result
+        if isinstance(self.env, PredPreyEnv):
+            return result
+        return replace(result, returned=zero_sum_part(result.fitness, len(self.agents["predators"])))
 
     def play(
         self, policies: dict[Role, Policy], start: np.ndarray

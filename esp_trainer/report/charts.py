@@ -48,19 +48,23 @@ def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
 
 
 def matrix(runs: Sequence[MeasuredRuns]) -> Figure | None:
-    """Return the fraction of prey caught in each pairing, for each run; None without any cross-play.
+    """Return the payoff (fraction of prey caught) of each pairing, for each run; None without any cross-play.
 
     The page draws it as the CIAO plot of both sides (Cliff & Miller 1995).
     """
     played = [run.own for run in runs if run.own]
     if not played:
         return None
-    top = max(0.5, float(max(own.caught.max() for own in played)))
+    top, bottom = float(max(own.payoff.max() for own in played)), float(min(own.payoff.min() for own in played))
+    captures = runs[0].captures
     return {
-        "matrices": [_rounded(run.own.caught) if run.own else None for run in runs],
+        "matrices": [_rounded(run.own.payoff) if run.own else None for run in runs],
         "predators": played[0].predators.tolist(),
         "prey": played[0].prey.tolist(),
-        "top": top,
+        "top": max(0.5, top) if captures else top,
+        "bottom": 0.0 if captures else bottom,
+        "name": "prey caught" if captures else "payoff to the predators",
+        "words": "of the prey caught" if captures else "to the predators",
     }
 
 
@@ -99,6 +103,16 @@ def _axes(y: str, **more: Any) -> dict[str, Any]:
     return {"xaxis": {"title": {"text": "generation"}}, "yaxis": {"title": {"text": y}, **more}}
 
 
+def _labels(runs: Sequence[MeasuredRuns]) -> tuple[str, str]:
+    """Return the names of the results of both sides."""
+    return ("predators: prey caught", "prey: not caught") if runs[0].captures else ("predators", "prey")
+
+
+def _results(runs: Sequence[MeasuredRuns]) -> dict[str, Any]:
+    """Return the layout of a chart of both sides' results."""
+    return _axes("mean result", range=[0, 1]) if runs[0].captures else _axes("mean payoff to each side")
+
+
 def _success(runs: Sequence[MeasuredRuns]) -> Figure:
     curves = [run.source.curves for run in runs if run.source.curves]
     data: list[Any] = []
@@ -107,13 +121,15 @@ def _success(runs: Sequence[MeasuredRuns]) -> Figure:
         "all_caught": ("all prey caught: predators succeed", "@attacker"),
         "none_caught": ("none caught: prey succeed", "@prey"),
     }
-    if runs[0].source.config.env.n_prey == 1:
+    if not runs[0].captures:
+        kinds = {"payoff": ("payoff to the predators", "@ink")}
+    elif runs[0].source.config.env.n_prey == 1:
         del kinds["all_caught"]  # the same as the fraction of prey caught
     for number, (kind, (name, colour)) in enumerate(kinds.items()):
         if curves:
             values = smooth(np.stack([each[kind] for each in curves]), WINDOW)
             data += _curve(np.arange(values.shape[1]), values, name, colour, number)
-    layout = _axes("fraction", range=[0, 1])
+    layout = _axes("fraction", range=[0, 1]) if runs[0].captures else _axes("payoff")
     phases = runs[0].phases if len(runs) == 1 else ()
     edge = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "@muted", "width": 1, "dash": "dot"}}
     layout["shapes"] = [{**edge, "x0": phase.start, "x1": phase.start} for phase in phases[1:]]
@@ -132,14 +148,15 @@ def _master(runs: Sequence[MeasuredRuns]) -> Figure:
     played = [run.own for run in runs if run.own and run.progress]
     data: list[Any] = []
     if played:
-        both = [master_tournament(own.caught) for own in played]
+        both = [master_tournament(own.payoff, own.total) for own in played]
+        ours, theirs = _labels(runs)
         data += _curve(
             played[0].predators,
             np.stack([each.predators for each in both]),
-            "predators: prey caught",
+            ours,
             _COLOURS["predators"],
         )
-        data += _curve(played[0].prey, np.stack([each.prey for each in both]), "prey: not caught", _COLOURS["prey"], 1)
+        data += _curve(played[0].prey, np.stack([each.prey for each in both]), theirs, _COLOURS["prey"], 1)
     return {
         "id": "master",
         "title": "Master tournament",
@@ -147,7 +164,7 @@ def _master(runs: Sequence[MeasuredRuns]) -> Figure:
         "progress.",
         "click": "A click on a point plays that generation against the last of the other side.",
         "data": data,
-        "layout": _axes("mean result", range=[0, 1]),
+        "layout": _results(runs),
     }
 
 
@@ -156,17 +173,16 @@ def _others(runs: Sequence[MeasuredRuns]) -> Figure:
     data: list[Any] = []
     if met:
         rows = met[0][0].predators
-        data += _curve(
-            rows, np.stack([m.predators.curve for _, m in met]), "predators: prey caught", _COLOURS["predators"]
-        )
-        data += _curve(rows, np.stack([m.prey.curve for _, m in met]), "prey: not caught", _COLOURS["prey"], 1)
+        ours, theirs = _labels(runs)
+        data += _curve(rows, np.stack([m.predators.curve for _, m in met]), ours, _COLOURS["predators"])
+        data += _curve(rows, np.stack([m.prey.curve for _, m in met]), theirs, _COLOURS["prey"], 1)
     return {
         "id": "others",
         "title": "Against opponents of other seeds",
         "caption": "Champions of other runs, which this run never met: progress here is no mere answer to its own "
         "opponents.",
         "data": data,
-        "layout": _axes("mean result", range=[0, 1]),
+        "layout": _results(runs),
     }
 
 

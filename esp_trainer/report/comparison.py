@@ -40,6 +40,7 @@ _ABOUT_SIGNAL = (
     "Fraction of the variance of neuron fitness that is not sampling noise, mean over the run. A few percent are usual."
 )
 _RESULTS: dict[Role, str] = {"predators": "share of prey caught", "prey": "share of prey not caught"}
+_PAYOFF = "payoff"
 
 
 @dataclass(frozen=True)
@@ -80,13 +81,17 @@ def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], n
     )
 
 
-def _told() -> list[tuple[str, str, list[_Measure]]]:
+def _told(*, captures: bool) -> list[tuple[str, str, list[_Measure]]]:
     """Return title, explanation and measures of each section."""
-    success = _Measure("Both sides", "share of prey caught", _success, "caught")
+    axis, name = ("share of prey caught", "caught") if captures else (f"{_PAYOFF} to predators", "payoff")
+    success = _Measure("Both sides", axis, _success, name)
     names = tuple(f"{role}_signal" for role in ROLES)
     signals = [_Measure(role.capitalize(), "share", None, name, names) for role, name in zip(ROLES, names, strict=True)]
     return [
-        *((title, words, [_against(role, panel) for role in ROLES]) for panel, (title, words) in _PANELS.items()),
+        *(
+            (title, words, [_against(role, panel, captures=captures) for role in ROLES])
+            for panel, (title, words) in _PANELS.items()
+        ),
         ("Success, champion against champion", _ABOUT_SUCCESS, [success]),
         ("What selection sees", _ABOUT_SIGNAL, signals),
     ]
@@ -95,7 +100,7 @@ def _told() -> list[tuple[str, str, list[_Measure]]]:
 def _sections(conditions: Sequence[Condition]) -> list[str]:
     """Return the sections, with figures for each measure that has a value in any condition."""
     sections = []
-    for title, words, measures in _told():
+    for title, words, measures in _told(captures=conditions[0].runs[0].captures):
         known = [each for each in measures if any(len(condition.known(each.measure)) for condition in conditions)]
         if known:
             figures = "\n".join(_figures(each, conditions, title) for each in known)
@@ -104,17 +109,17 @@ def _sections(conditions: Sequence[Condition]) -> list[str]:
     return sections
 
 
-def _against(role: Role, panel: str) -> _Measure:
+def _against(role: Role, panel: str, *, captures: bool) -> _Measure:
     def curves(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
         name = f"{role}_{panel}"
         return condition.runs[0].generations, [run.curves[name] for run in condition.runs if name in run.curves]
 
-    return _Measure(role.capitalize(), _RESULTS[role], curves, name_of(role, panel, "level"))
+    return _Measure(role.capitalize(), _RESULTS[role] if captures else _PAYOFF, curves, name_of(role, panel, "level"))
 
 
 def _success(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
-    known = [run.caught for run in condition.runs if not np.isnan(run.caught).any()]
-    return np.arange(len(condition.runs[0].caught)), known
+    known = [run.payoff for run in condition.runs if not np.isnan(run.payoff).any()]
+    return np.arange(len(condition.runs[0].payoff)), known
 
 
 def _figures(measure: _Measure, conditions: Sequence[Condition], title: str) -> str:
@@ -126,7 +131,7 @@ def _figures(measure: _Measure, conditions: Sequence[Condition], title: str) -> 
         for number, condition in enumerate(conditions):
             x, curves = measure.curves(condition)
             if curves:
-                window = _WINDOW if measure.measure == "caught" else 1
+                window = _WINDOW if measure.measure in ("caught", "payoff") else 1
                 plots.curve(axes, x, np.stack(curves), condition.name, number, window=window)
         axes.set(xlabel="generation", ylabel=measure.axis)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))

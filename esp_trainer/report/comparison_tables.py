@@ -60,12 +60,13 @@ def tables(conditions: Sequence[Condition], baseline: Condition) -> list[Table]:
 
 def _means(conditions: Sequence[Condition], role: Role, measures: Sequence[str]) -> Table:
     """Return a table with a row for each condition."""
-    result = "prey caught" if role == "predators" else "prey not caught"
+    result = "share of prey caught" if role == "predators" else "share of prey not caught"
+    result = result if conditions[0].runs[0].captures else "payoff"
     rows = [
         (each.name, str(len(each.runs)), *(summary(each.known(measure)) for measure in measures)) for each in conditions
     ]
     heads = (role, "seeds", *(_IN_WORDS[measure] for measure in measures))
-    return Table(heads, rows, f"{role}, share of {result}: mean over seeds [95% interval]")
+    return Table(heads, rows, f"{role}, {result}: mean over seeds [95% interval]")
 
 
 def _differences(found: Sequence[Contrast], condition: Condition, baseline: Condition) -> Table:
@@ -104,7 +105,7 @@ def notes_on(conditions: Sequence[Condition], baseline: Condition) -> list[str]:
             "There are no held-out opponents: the zoo has no team for this world, and no run was given by --panel. "
             "Progress is against scripts."
         )
-    lengths = [len(each.runs[0].caught) for each in conditions]
+    lengths = [len(each.runs[0].payoff) for each in conditions]
     if min(lengths) < max(lengths):
         found.append(f"The conditions have {min(lengths)} to {max(lengths)} generations: each is measured to its end.")
     few = [each.name for each in conditions if len(each.runs) < MIN_SEEDS]

@@ -10,14 +10,16 @@ import numpy as np
 from esp_trainer.analysis import phases as dating
 from esp_trainer.analysis.behaviours.counts import BehaviourRate, count_behaviours
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
-from esp_trainer.analysis.cross_play import CrossPlay, kept_in, met_by_others, own_cross_play
+from esp_trainer.analysis.cross_play import Played, kept_in, met_by_others, own_cross_play
 from esp_trainer.analysis.games import Sides
-from esp_trainer.analysis.history import History
+from esp_trainer.analysis.history import History, payoff_curve
 from esp_trainer.analysis.moments import Moment, best_moment
 from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import Progress, global_progress, historical_progress
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.other_game import GameEvaluator
+from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.report.source import RunSource
 from esp_trainer.seeding import stream
 
@@ -72,17 +74,23 @@ class MeasuredRuns:
     """
 
     source: RunSource
-    own: CrossPlay | None = None
+    own: Played | None = None
     """Cross-play between the run's generations."""
     progress: Sides[Progress] | None = None
     """Progress against the opponents of the same run."""
     met_others: Sides[Progress] | None = None
     """Progress against the champions of the other runs in the report; None without other runs."""
     phases: tuple[Phase, ...] = ()
-    """Phases of the fraction of prey caught, champion against champion; empty if the run is too short."""
+    """Phases of the payoff (the fraction of prey caught), champion against champion; empty if the run is too short."""
     alternation: Alternation | None = None
     """Alternation of success between the sides; None if the run is too short."""
     watched: Watched | None = None
+    """Behaviours; None in another game than the predator-prey world, which has none that are known."""
+
+    @property
+    def captures(self) -> bool:
+        """Return whether payoffs are fractions of prey caught: whether the game is the predator-prey world."""
+        return not self.source.config.game.environment
 
 
 def why_undated(runs: Sequence[MeasuredRuns]) -> str:
@@ -109,7 +117,7 @@ def measure(sources: Sequence[RunSource], settings: ReportOptions, say: Callable
         settings: Numbers of generations and episodes to play.
         say: Function called with a line about what is being done.
     """
-    evaluator = FusedEvaluator(sources[0].config.env)
+    evaluator = make_evaluator(sources[0].config)
     measured = []
     for source in sources:
         say(f"playing {source.path} ...")
@@ -119,9 +127,9 @@ def measure(sources: Sequence[RunSource], settings: ReportOptions, say: Callable
 
 
 def _measure(
-    source: RunSource, others: list[History], evaluator: FusedEvaluator, settings: ReportOptions
+    source: RunSource, others: list[History], evaluator: FusedEvaluator | GameEvaluator, settings: ReportOptions
 ) -> MeasuredRuns:
-    curve = source.curves.get("caught", np.empty(0))
+    curve = payoff_curve(source.curves) if source.curves else np.empty(0)
     long_enough = len(curve) >= SHORTEST
     found = tuple(dating.phases(curve)) if long_enough else ()
     alternation = dating.alternation(curve, np.random.default_rng(0)) if long_enough else None
@@ -130,16 +138,17 @@ def _measure(
         return MeasuredRuns(source, phases=found, alternation=alternation)
     sampled, each, cache = settings.generations, settings.episodes, kept_in(source.path)
     own = own_cross_play(history, evaluator, n_generations=sampled, n_episodes=each, cache=cache)
-    both = len(history.champions) == 2 and min(own.caught.shape) > 1
+    both = len(history.champions) == 2 and min(own.payoff.shape) > 1
     met = {role: met_by_others(history, others, role, own, evaluator) for role in history.champions} if both else {}
+    watched = history.sample(settings.watched // 2 if others else settings.watched)
     return MeasuredRuns(
         source,
         own=own,
-        progress=historical_progress(own.caught) if both else None,
-        met_others=global_progress(met["predators"], met["prey"]) if met and others else None,
+        progress=historical_progress(own.payoff, own.total) if both else None,
+        met_others=global_progress(met["predators"], met["prey"], own.total) if met and others else None,
         phases=found,
         alternation=alternation,
-        watched=_watch(history, evaluator, history.sample(settings.watched // 2 if others else settings.watched)),
+        watched=_watch(history, evaluator, watched) if isinstance(evaluator, FusedEvaluator) else None,
     )
 
 

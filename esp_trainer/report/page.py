@@ -18,6 +18,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.files import write_text
+from esp_trainer.game import game_of
 from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import charts, matches, moments
@@ -44,6 +45,11 @@ _SCRIPTS = (
     ),
     *("keys", "link", "yourself", "csv", "charts", "tour", "main"),
 )
+_MATRIX = {
+    True: ("Who catches whom", "The fraction of prey caught in each pairing."),
+    False: ("Who beats whom", "The mean payoff to the predators, the first team, in each pairing."),
+}
+"""Title and explanation of the matrix, by whether payoffs are captures."""
 _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations
 
 
@@ -71,12 +77,15 @@ def write_page(
 def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
+    phases, captures = moments.of_phases(runs), runs[0].captures
     rules, unplayable = _rules(sources)
-    phases, lines = moments.of_phases(runs), story(runs)
+    if not captures:  # no match of another game is played here anyhow
+        unplayable = []
+    lines = story(runs)
     data = {
-        "world": matches.world(sources[0].config.env),
-        "runs": _teams(runs, playable=not unplayable),
-        "starts": _starts(runs),
+        "world": matches.world(sources[0].config.env) if captures else None,
+        "runs": _teams(runs, playable=captures and not unplayable),
+        "starts": _starts(runs) if captures else [],
         "moments": [*phases, *moments.of_behaviours(runs, without=[phase["behaviour"] for phase in phases])],
         "matrix": charts.matrix(runs),
         "charts": charts.charts(runs),
@@ -89,6 +98,9 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         story="\n".join(map(_line, lines)),
         missing="\n".join(f"<li>{escape(line)}</li>" for line in [*notes, *unplayable, *_missing(sources)]),
         phases=escape(moments.why_no_phases(runs)),
+        matrix_title=_MATRIX[captures][0],
+        matrix_hint=_MATRIX[captures][1],
+        glossary=_asset("glossary.html" if captures else "glossary-of-game.html"),
         config=_config(sources[0].config),
         configured=escape(sources[0].name),
         version=escape(f"predprey-esp {version('predprey-esp')}"),
@@ -143,12 +155,17 @@ def _title(sources: Sequence[RunSource]) -> str:
 
 
 def _subtitle(sources: Sequence[RunSource]) -> str:
-    env = sources[0].config.env
+    config = sources[0].config
+    env, game = config.env, config.game
+    where = (
+        game_of(game).words
+        if game.environment
+        else f"{counted(env.n_predators, 'predator')} against {env.n_prey} prey on a torus of {env.size} by {env.size}"
+    )
     seeds = ", ".join(str(source.config.seed) for source in sources)
     presets = ", ".join(dict.fromkeys(source.config.preset for source in sources))
     return (
-        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {counted(len(sources[0]), 'generation')}, "
-        f"{counted(env.n_predators, 'predator')} against {env.n_prey} prey on a torus of {env.size} by {env.size}"
+        f"{presets}, seed{'s' if len(sources) > 1 else ''} {seeds}: {counted(len(sources[0]), 'generation')}, {where}"
     )
 
 
@@ -205,7 +222,7 @@ def _config(config: RunConfig) -> str:
     for name, value in flat(config.model_dump()).items():
         changed = usual is not None and name not in ("preset", "seed") and usual.get(name) != value
         mark = (
-            f' class="changed" title="{escape(config.preset)} has {escape(str(usual[name]))}"'
+            f' class="changed" title="{escape(config.preset)} has {escape(str(usual.get(name, "none")))}"'
             if usual and changed
             else ""
         )

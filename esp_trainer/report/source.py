@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis.genealogy import Genealogy, of_run
-from esp_trainer.analysis.history import CURVES, History, curves_of
+from esp_trainer.analysis.history import History, curve_names, curves_of, payoff_curve
 from esp_trainer.analysis.pooling import cut_to_shortest
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide, side_config, side_controller
@@ -52,7 +52,7 @@ class RunSource:
     """Origins of each evolving side's genes, by generation; empty if the run keeps no parents."""
 
     def __len__(self) -> int:
-        return len(self.history) if self.history else len(self.curves["caught"])
+        return len(self.history) if self.history else len(payoff_curve(self.curves))
 
     def first(self, n: int) -> RunSource:
         """Return the first ``n`` generations."""
@@ -93,7 +93,7 @@ def read(path: Path) -> RunSource:
     if not n:
         raise ValueError("; ".join([f"{path} has no generation yet: there is nothing to show", *missing]))
     curves = curves_of(lines[:n]) if lines else {}
-    unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in CURVES}
+    unknown = {name: np.full((n, 2) if name.startswith("trials") else n, np.nan) for name in curve_names(config)}
     history = History(config, champions, curves or unknown, kept).first(n) if champions else None
     genealogies = _genealogies(path, n, missing)
     return RunSource(

@@ -11,7 +11,7 @@ from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
 from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared, never_seen, why_undated
-from esp_trainer.report.verdict import NOTABLE, caught_in_words, in_words, script_of, swings, why_unknown, won
+from esp_trainer.report.verdict import in_short, notable, payoff_in_words, script_of, swings, why_unknown, won
 from esp_trainer.types import ROLES, Role
 from predprey_env.settings import counted
 
@@ -43,11 +43,11 @@ def _progress(runs: Sequence[MeasuredRuns]) -> Line:
     both = [run.progress for run in runs if run.progress]
     if not both:
         return _without_progress(runs)
-    better, winners = _improved(both), [winner[0] for run in runs if (winner := won(run))]
+    better, winners = _improved(both, runs), [winner[0] for run in runs if (winner := won(run))]
     words = f"{_who(better, len(both))} against the same opponents of the run."
     if winners and len(better) == 2:  # a side that was left behind did not simply "get better"
         words = _left_behind(winners, len(runs))
-    return Line(words, f"Against the same opponents of the run, {_gains(both)}.")
+    return Line(words, f"Against the same opponents of the run, {_gains(both, runs)}.")
 
 
 def _left_behind(winners: Sequence[Role], n_runs: int) -> str:
@@ -65,33 +65,33 @@ def _met_others(runs: Sequence[MeasuredRuns]) -> Line | None:
     if not both:
         return None
     p = f", p {against(list(map(two_sided, both))).p:.2g}" if len(both) >= MIN_SEEDS else ""
-    words = f"{_who(_improved(both), len(both))} against opponents of other seeds, whom they never met."
-    if any(map(won, runs)) and len(_improved(both)) == 2:
+    words = f"{_who(_improved(both, runs), len(both))} against opponents of other seeds, whom they never met."
+    if any(map(won, runs)) and len(_improved(both, runs)) == 2:
         words = "Late champions of both sides do better than early ones against opponents of other seeds too."
-    return Line(words, f"Against opponents of other seeds, {_gains(both)}{p}.")
+    return Line(words, f"Against opponents of other seeds, {_gains(both, runs)}{p}.")
 
 
 def _strengths(both: Sequence[Sides[Progress]]) -> dict[Role, list[float]]:
     return {role: [getattr(each, role).strength for each in both] for role in ROLES}
 
 
-def _gains(both: Sequence[Sides[Progress]]) -> str:
-    strengths = _strengths(both)
+def _gains(both: Sequence[Sides[Progress]], runs: Sequence[MeasuredRuns]) -> str:
+    strengths, unit = _strengths(both), "of the prey" if runs[0].captures else "in payoff"
     return (
-        f"from early to late predators gain {_figure(strengths['predators'], '+')} of the prey, and prey "
+        f"from early to late predators gain {_figure(strengths['predators'], '+')} {unit}, and prey "
         f"{_figure(strengths['prey'], '+')}; the smaller gain is {_figure([two_sided(each) for each in both], '+')}"
     )
 
 
-def _improved(both: Sequence[Sides[Progress]]) -> list[Role]:
+def _improved(both: Sequence[Sides[Progress]], runs: Sequence[MeasuredRuns]) -> list[Role]:
     """Return the sides that became better.
 
-    With one or two runs, a side became better if it gained more than :data:`NOTABLE` in each. With more, it did if the
-    interval of its gain lies above 0.
+    With one or two runs, a side became better if it gained a :func:`~.verdict.notable` amount in each. With more, it
+    did if the interval of its gain lies above 0.
     """
     few = len(both) < MIN_SEEDS
-    gains = _strengths(both)
-    return [role for role in ROLES if (min(gains[role]) > NOTABLE if few else over_seeds(gains[role]).low > 0)]
+    gains, least = _strengths(both), max(notable(run.own) for run in runs)
+    return [role for role in ROLES if (min(gains[role]) > least if few else over_seeds(gains[role]).low > 0)]
 
 
 def _who(better: Sequence[Role], n_runs: int) -> str:
@@ -110,23 +110,32 @@ def _figure(values: list[float], sign: str = "") -> str:
 
 def _without_progress(runs: Sequence[MeasuredRuns]) -> Line:
     """Return the line for runs in which only one side evolved."""
-    curves = [run.own.caught.ravel() for run in runs if run.own]
+    curves = [run.own.payoff.ravel() for run in runs if run.own]
     sixth = max(1, len(curves[0]) // 6)
     early, late = ([float(curve[part].mean()) for curve in curves] for part in (slice(sixth), slice(-sixth, None)))
     script = f"Against the script {script_of(runs[0])}"
+    what = "of the prey were caught" if runs[0].captures else "was the payoff"
     return Line(
-        f"{script}, early in the run {caught_in_words(float(np.mean(early)))}, late {_mean_in_words(late)}.",
-        f"{script}: {_figure(early)} of the prey were caught early in the run, {_figure(late)} late.",
+        f"{script}, early in the run {payoff_in_words(runs[0], float(np.mean(early)))}, "
+        f"late {_mean_in_words(runs, late)}.",
+        f"{script}: {_figure(early)} {what} early in the run, {_figure(late)} late.",
     )
 
 
 def _corners(runs: Sequence[MeasuredRuns]) -> Line | None:
-    corners = [early_late(run.own.caught) for run in runs if run.own and run.progress]
+    corners = [early_late(run.own.payoff, run.own.total) for run in runs if run.own and run.progress]
     if not corners:
         return None
     names = ("early_hunt_early", "late_hunt_early", "early_hunt_late", "late_hunt_late")
     each = {name: [getattr(corner, name) for corner in corners] for name in names}
-    words, found = ({name: say(values) for name, values in each.items()} for say in (_mean_in_words, _figure))
+    words = {name: _mean_in_words(runs, values) for name, values in each.items()}
+    found = {name: _figure(values) for name, values in each.items()}
+    if not runs[0].captures:
+        return Line(
+            f"Early predators are paid {words['early_hunt_early']} by early prey, late predators "
+            f"{words['late_hunt_early']}. By late prey, early predators are paid {words['early_hunt_late']}, late "
+            f"predators {words['late_hunt_late']}."
+        )
     return Line(
         f"Early predators catch {words['early_hunt_early']} early prey, late predators {words['late_hunt_early']}. "
         f"Of late prey, early predators catch {words['early_hunt_late']}, late predators {words['late_hunt_late']}.",
@@ -135,13 +144,13 @@ def _corners(runs: Sequence[MeasuredRuns]) -> Line | None:
     )
 
 
-def _mean_in_words(values: list[float]) -> str:
-    return in_words(float(np.mean(values)))
+def _mean_in_words(runs: Sequence[MeasuredRuns], values: list[float]) -> str:
+    return in_short(runs[0], float(np.mean(values)))
 
 
 def _circles(runs: Sequence[MeasuredRuns]) -> Line | None:
     played = [run.own for run in runs if run.own and run.progress]
-    shares = [1 - transitive_share(own.caught, own.n_episodes) for own in played]
+    shares = [1 - transitive_share(own.payoff, own.noise) for own in played]
     known = [share for share in shares if not np.isnan(share)]
     if not known:
         return None
@@ -166,19 +175,20 @@ def _phases(runs: Sequence[MeasuredRuns]) -> Line:
     if len(run.phases) == 1:
         mean = run.phases[0].mean
         return Line(
-            f"Success has no phases: from first to last {caught_in_words(mean)}.",
-            f"{mean:.2f} of the prey are caught from first to last.",
+            f"Success has no phases: from first to last {payoff_in_words(run, mean)}.",
+            f"{mean:.2f} of the prey are caught from first to last." if run.captures else "",
         )
     least, most = (choose(run.phases, key=lambda phase: phase.mean) for choose in (min, max))
     longest = sorted(sorted(run.phases, key=lambda phase: phase.start - phase.end)[:NAMED], key=lambda each: each.start)
-    named = "; ".join(f"{phase.mean:.2f} in generations {phase.start} to {phase.end - 1}" for phase in longest)
+    named = "; ".join(f"{phase.mean:z.2f} in generations {phase.start} to {phase.end - 1}" for phase in longest)
     rest = f", the {NAMED} longest {named}" if len(run.phases) > NAMED else f": {named}"
     return Line(
         f"Success went through {len(run.phases)} phases: at the lowest (from generation {least.start}) "
-        f"{caught_in_words(least.mean)}, at the highest (from generation {most.start}) {in_words(most.mean)}. "
+        f"{payoff_in_words(run, least.mean)}, at the highest (from generation {most.start}) "
+        f"{in_short(run, most.mean)}. "
         f"{'It swung to and fro more often than chance would.' if swings(run) else 'It did not swing to and fro.'}",
-        f"{len(run.phases)} phases, by the prey caught{rest}. Success crosses its mean "
-        f"{_times(run.alternation.count)}; by chance as often with p = {run.alternation.p:.2g}.",
+        f"{len(run.phases)} phases, by the {'prey caught' if run.captures else 'payoff'}{rest}. Success crosses its "
+        f"mean {_times(run.alternation.count)}; by chance as often with p = {run.alternation.p:.2g}.",
     )
 
 

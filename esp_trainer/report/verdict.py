@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from esp_trainer.analysis.cross_play import PayoffPlay, Played
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import early_late, progress
 from esp_trainer.report.measure import SHORTEST, MeasuredRuns
@@ -80,8 +81,8 @@ def kind_of(run: MeasuredRuns) -> str:
         return "unknown"
     if run.progress is None:
         return "script"
-    improved = improving(run.own.caught)
-    late = [role for role in improving(run.own.caught, late=True) if role in improved]
+    improved = improving(run.own)
+    late = [role for role in improving(run.own, late=True) if role in improved]
     if late:
         return "both" if len(late) == 2 else late[0]
     return "swung" if swings(run) else "stopped" if improved else "neither"
@@ -93,7 +94,7 @@ def why_unknown(run: MeasuredRuns) -> str:
         return "no champion could be read"
     if len(run.source) < SHORTEST:
         return f"that takes at least {SHORTEST} generations"
-    if max(run.own.caught.shape) < FEWEST:
+    if max(run.own.payoff.shape) < FEWEST:
         return f"that takes champions of at least {FEWEST} generations"
     return ""
 
@@ -123,16 +124,30 @@ def won(run: MeasuredRuns) -> tuple[Role, int, int] | None:
     return None
 
 
-def improving(caught: np.ndarray, *, late: bool = False) -> list[Role]:
+def improving(own: Played, *, late: bool = False) -> list[Role]:
     """Return the sides that improved, against all opponents of the run.
 
     Args:
-        caught: Fraction of prey caught, ``(G, H)``, at least four generations of each side.
+        own: Cross-play of at least four generations of each side.
         late: Look at the second half of the run alone.
     """
-    results: dict[Role, np.ndarray] = {"predators": caught, "prey": 1 - caught.T}
+    results: dict[Role, np.ndarray] = {"predators": own.payoff, "prey": own.total - own.payoff.T}
     since = {role: len(results[role]) // 2 if late else 0 for role in ROLES}
-    return [role for role in ROLES if progress(results[role][since[role] :]).strength > NOTABLE]
+    gained = {role: progress(results[role][since[role] :], own.total).strength for role in ROLES}
+    return [role for role in ROLES if gained[role] > notable(own)]
+
+
+def notable(own: Played | None) -> float:
+    """Return the gain above which a side of a run is said to have become better.
+
+    It is :data:`NOTABLE`. In another game than the predator-prey world that is a fraction of the range of the payoffs,
+    and the gain must also exceed two standard errors, as payoffs may be of any scale and noise.
+    """
+    if not isinstance(own, PayoffPlay):
+        return NOTABLE
+    n_late = max(1, len(own.payoff) // _LAST)
+    error = np.sqrt(2 * np.nanmean(own.variance) / (n_late * own.payoff.shape[1]))
+    return max(NOTABLE * float(np.ptp(own.payoff)), 2 * float(np.nan_to_num(error)))
 
 
 def in_words(fraction: float) -> str:
@@ -147,6 +162,16 @@ def caught_in_words(fraction: float) -> str:
     return f"{words} prey {'is' if words == 'nearly no' or ' 1 in ' in words else 'are'} caught"
 
 
+def in_short(run: MeasuredRuns, payoff: float) -> str:
+    """Return a payoff as the report says it: a fraction of prey in words, or a number."""
+    return in_words(payoff) if run.captures else f"{payoff:z.2f}"
+
+
+def payoff_in_words(run: MeasuredRuns, payoff: float) -> str:
+    """Return a payoff as a clause, for example "about 1 in 4 prey is caught" or "the predators' payoff is 1.20"."""
+    return caught_in_words(payoff) if run.captures else f"the predators' payoff is {payoff:z.2f}"
+
+
 def _of_one(run: MeasuredRuns) -> str:
     kind, winner = kind_of(run), won(run)
     if winner:
@@ -157,8 +182,11 @@ def _of_one(run: MeasuredRuns) -> str:
         return _against_script(run)
     if run.own is None or kind == "unknown":
         return f"Nobody can say who improved: {why_unknown(run)}."
-    late = in_words(early_late(run.own.caught).late_hunt_late)
-    improved = improving(run.own.caught)
+    late = in_short(run, early_late(run.own.payoff, run.own.total).late_hunt_late)
+    ending = (
+        f"late predators catch {late} late prey" if run.captures else f"late predators are paid {late} by late prey"
+    )
+    improved = improving(run.own)
     said = {
         "both": "Both sides were still improving at the end",
         "stopped": "Both sides had stopped improving before the end"
@@ -167,17 +195,18 @@ def _of_one(run: MeasuredRuns) -> str:
         "neither": "Neither side improved",
         "swung": "Neither side got ahead for good: success swung to and fro",
     }.get(kind, f"Only the {kind} were still improving at the end")
-    return f"{said}; late predators catch {late} late prey."
+    return f"{said}; {ending}."
 
 
 def _against_script(run: MeasuredRuns) -> str:
     assert run.own is not None
-    role: Role = "predators" if run.own.caught.shape[0] > 1 else "prey"
-    curve = run.own.caught.ravel() if role == "predators" else 1 - run.own.caught.ravel()
-    gained = progress(curve[:, None]).strength
+    payoff, least = run.own.payoff.ravel(), notable(run.own)
+    role: Role = "predators" if run.own.payoff.shape[0] > 1 else "prey"
+    curve = payoff if role == "predators" else run.own.total - payoff
+    gained = progress(curve[:, None], run.own.total).strength
     sixth = max(1, len(curve) // _LAST)
-    change = "got better" if gained > NOTABLE else "got worse" if gained < -NOTABLE else "did not change much"
-    early, late = (caught_in_words(run.own.caught.ravel()[part].mean()) for part in (slice(sixth), slice(-sixth, None)))
+    change = "got better" if gained > least else "got worse" if gained < -least else "did not change much"
+    early, late = (payoff_in_words(run, payoff[part].mean()) for part in (slice(sixth), slice(-sixth, None)))
     return f"Against the script {script_of(run)}, the {role} {change}: at first {early}, at the end {late}."
 
 

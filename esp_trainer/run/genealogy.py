@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.coevolution.coevolution import Bred
-from esp_trainer.coevolution.sides import side_config, side_controller
+from esp_trainer.coevolution.sides import side_config, side_controller, side_shape
 from esp_trainer.config import RunConfig
 from esp_trainer.files import SCHEMA, DamagedFileError, naming, sync, sync_directory
 from esp_trainer.run.directory import Log, RunDirectory
@@ -41,7 +41,7 @@ class Layout:
         """Return the layout of one side of a run."""
         controller, esp = side_controller(config, role), config.esp
         genome = [used for used in controller.used_genes for _ in range(controller.n_hidden)]
-        n_genomes = config.env.team(role).n_agents // controller.n_together
+        n_genomes = side_shape(config, role).n_agents // controller.n_together
         return cls(tuple(genome * n_genomes), esp.subpopulation_size, esp.n_elite, esp.hof_mates)
 
     @property

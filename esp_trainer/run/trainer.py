@@ -12,7 +12,7 @@ from typing import Any
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
-from esp_trainer.coevolution.sides import new_sides, side_config
+from esp_trainer.coevolution.sides import new_sides, side_config, side_shape
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import sync_directory
@@ -196,7 +196,7 @@ class Trainer:
                 champion.controller,
                 champion.genomes,
                 {**self._origin, **progress},
-                config.env.team(role).n_seen,
+                side_shape(config, role).n_seen,
             )
             team.save(self.directory.champion_file(role, generation.number))
 
@@ -215,10 +215,11 @@ def _rounded(values: dict[str, float]) -> dict[str, float | None]:
 
 def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
     """Return a line of ``metrics.jsonl``."""
+    payoff = "caught" if "caught" in held_out else "payoff"  # the fraction of prey caught, or that of another game
     return {
         "generation": generation.number,
         "trials": {
-            role: {"mean": float(t.fitness.mean()), "best": float(t.fitness.mean(axis=1).max()), "caught": t.caught}
+            role: {"mean": float(t.fitness.mean()), "best": float(t.fitness.mean(axis=1).max()), payoff: t.payoff}
             for role, t in generation.trials.items()
         },
         "champions": {role: champion.score for role, champion in generation.champions.items()},

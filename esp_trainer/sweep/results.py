@@ -10,6 +10,7 @@ from pathlib import Path
 from esp_trainer.analysis.inference import summary
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import EvolvingSide
+from esp_trainer.config import RunConfig
 from esp_trainer.files import write_table
 from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, records, whole_lines
@@ -19,6 +20,13 @@ RECENT = 20
 """Number of generations, a run's last ones, that its figures are means of."""
 FIGURES = ("caught", "predators_succeed", "prey_succeed")
 """Results of champion against champion, from held-out starts."""
+PAYOFF_FIGURES = ("payoff",)
+"""Results in another game than the predator-prey world."""
+
+
+def figures_of(config: RunConfig) -> tuple[str, ...]:
+    """Return the names of the results of a run."""
+    return PAYOFF_FIGURES if config.game.environment else FIGURES
 
 
 @dataclass(frozen=True)
@@ -28,7 +36,7 @@ class RunResult:
     run: PlannedRun
     generations: int
     figures: dict[str, float]
-    """Means of :data:`FIGURES` over the run's last generations; empty if there are none."""
+    """Means of :func:`figures_of` the run over the run's last generations; empty if there are none."""
     reason: str | None
     """Reason of the failure; None for a run that did not fail."""
     whole: bool
@@ -58,7 +66,8 @@ def result_of(path: Path, run: PlannedRun, reason: str | None) -> RunResult:
     try:
         lines = whole_lines(RunDirectory(path).metrics_file)
         recent = [json.loads(line)["held_out"] for line in lines[-RECENT:]]
-        figures = {name: sum(each[name]["rate"] for each in recent) / len(recent) for name in FIGURES} if recent else {}
+        names = figures_of(run.config) if recent else ()
+        figures = {name: sum(each[name]["rate"] for each in recent) / len(recent) for name in names}
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         return RunResult(run, len(lines), {}, reason or f"its log is damaged: {error}", whole=False)
     return RunResult(run, len(lines), {} if reason else figures, reason, whole)
@@ -66,9 +75,10 @@ def result_of(path: Path, run: PlannedRun, reason: str | None) -> RunResult:
 
 def write_csv(file: Path, results: Sequence[RunResult]) -> None:
     """Write a CSV file with a line for each run."""
-    lines = [["run", "cell", "seed", "generations", *FIGURES, "failed"]]
+    names = _names(results)
+    lines = [["run", "cell", "seed", "generations", *names, "failed"]]
     for each in results:
-        figures = [f"{each.figures[name]:.4f}" if each.figures else "" for name in FIGURES]
+        figures = [f"{each.figures[name]:.4f}" if name in each.figures else "" for name in names]
         seed, generations = str(each.run.config.seed), str(each.generations)
         lines.append([each.run.name, each.run.cell, seed, generations, *figures, each.reason or ""])
     write_table(file, lines)
@@ -76,13 +86,20 @@ def write_csv(file: Path, results: Sequence[RunResult]) -> None:
 
 def table(results: Sequence[RunResult]) -> list[str]:
     """Return a line for each cell: the number of complete runs, and the means over them with 95% intervals."""
+    names = _names(results)
     cells = dict.fromkeys(result.run.cell for result in results)
     width = max(map(len, ("", *cells)))
-    heads = "".join(f"{name.replace('_', ' '):>24}" for name in FIGURES)
+    heads = "".join(f"{name.replace('_', ' '):>24}" for name in names)
     lines = [f"{'':{width}}{'runs':>8}{heads}"]
     for cell in cells:
         runs = [result for result in results if result.run.cell == cell]
         whole = [result for result in runs if result.whole]
-        figures = "".join(f"{summary([result.figures[name] for result in whole]):>24}" for name in FIGURES)
+        known = {name: [result.figures[name] for result in whole if name in result.figures] for name in names}
+        figures = "".join(f"{summary(values):>24}" for values in known.values())
         lines.append(f"{cell:{width}}{f'{len(whole)}/{len(runs)}':>8}{figures}")
     return lines
+
+
+def _names(results: Sequence[RunResult]) -> list[str]:
+    """Return the names of the results of all runs, each once."""
+    return list(dict.fromkeys(name for result in results for name in figures_of(result.run.config)))

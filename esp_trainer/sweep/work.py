@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from esp_trainer.config import RunConfig
-from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.files import in_words, write_text
 from esp_trainer.run.checkpoint import difference
 from esp_trainer.run.directory import RunDirectory
@@ -49,4 +49,4 @@ def _trainer(path: Path, config: RunConfig) -> Trainer:
 
 
 def _evaluator(config: RunConfig) -> Evaluator:
-    return FusedEvaluator(config.env, threads=1)
+    return make_evaluator(config, threads=1)

@@ -32,7 +32,7 @@ def n_genes(name: str, role: Role) -> int:
 
 
 def test_there_is_a_preset_for_each_experiment_and_a_small_one():
-    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, *DRAWN, *RACE, "smoke"])
+    assert sorted(PRESETS) == sorted([*PAPER, *BESIDE, *MODERN, *DRAWN, *RACE, "game", "smoke"])
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -80,8 +80,8 @@ class Charts {
     if (!shown) return;
     const [y, x] = [matrix.predators, matrix.prey];
     const heat = {
-      type: "heatmap", z: shown, x, y, zmin: 0, zmax: matrix.top, colorscale: "Viridis", colorbar: { thickness: 10, outlinewidth: 0 },
-      hovertemplate: "predators of generation %{y}<br>prey of generation %{x}<br>%{z:.2f} of the prey caught<extra></extra>",
+      type: "heatmap", z: shown, x, y, zmin: matrix.bottom, zmax: matrix.top, colorscale: "Viridis", colorbar: { thickness: 10, outlinewidth: 0 },
+      hovertemplate: `predators of generation %{y}<br>prey of generation %{x}<br>%{z:.2f} ${matrix.words}<extra></extra>`,
     };
     const here = { ...this.#here(), mode: "markers", hoverinfo: "skip",
       marker: { symbol: "square-open", size: 11, color: "#ffffff", line: { width: 2 } }, showlegend: false };

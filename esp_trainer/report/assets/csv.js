@@ -26,9 +26,9 @@ function csvOfChart({ data }) {
 }
 
 // Return a matrix as CSV: a row for each pair of generations.
-function csvOfMatrix({ predators, prey }, caught) {
-  const rows = predators.flatMap((p, i) => prey.map((q, j) => [p, q, caught[i][j]]));
-  return asCsv([["predators of generation", "prey of generation", "prey caught"], ...rows]);
+function csvOfMatrix({ predators, prey, name }, payoffs) {
+  const rows = predators.flatMap((p, i) => prey.map((q, j) => [p, q, payoffs[i][j]]));
+  return asCsv([["predators of generation", "prey of generation", name], ...rows]);
 }
 
 // Return a button that downloads a text, which make() returns, as a file.

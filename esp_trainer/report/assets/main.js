@@ -73,6 +73,6 @@ charts = new Charts(data, player);
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
-new Tour(byId("take-tour"), () => player?.pause());
+new Tour(byId("take-tour"), data.world ? STEPS : STEPS_OF_GAME, () => player?.pause());
 if (player && !linked && !calm()) player.play();
 window.predprey = { data, player, charts, Game, Episode, Side, behavioursOf, csvOfChart, fma };

@@ -13,11 +13,18 @@ const STEPS = [
     "opponent stands. The glossary at the end of the page explains the words."],
 ];
 
+// The tour of a page of another game, which has no player.
+const STEPS_OF_GAME = [
+  ["#verdict", "What happened", "Two teams evolved against each other, here called predators and prey. This sentence says how it ended."],
+  ["#matrix-figure", "Who beats whom", "Each cell is one pairing of generations: bright means a high payoff to the predators. Going " +
+    "up, predators are later; going right, prey are. Bright at the top means better predators, dark at the right better prey."],
+];
+
 class Tour {
-  // button: what opens it. begin: called when it opens.
-  constructor(button, begin) {
+  // button: what opens it. steps: what it shows. begin: called when it opens.
+  constructor(button, steps, begin) {
     this.button = button;
-    this.steps = STEPS.filter(([place]) => document.querySelector(place)?.getClientRects().length);
+    this.steps = steps.filter(([place]) => document.querySelector(place)?.getClientRects().length);
     this.title = element("h2", { id: "tour-title" });
     this.text = element("p");
     this.back = buttonOf("Back", () => this.show(this.at - 1));

@@ -63,7 +63,7 @@ def everything(run: Coevolution, generations: list[Generation]) -> list[Any]:
     kept: list[Any] = [(g.number, g.held_out) for g in generations]
     for role, side in run.evolving.items():
         kept += [side.algorithm.genomes.tobytes(), side.hall_of_fame.champions.tobytes(), side.best, side.stagnant]
-        kept += [(g.trials[role].fitness.tobytes(), g.trials[role].caught) for g in generations]
+        kept += [(g.trials[role].fitness.tobytes(), g.trials[role].payoff) for g in generations]
         kept += [(g.champions[role].genomes.tobytes(), g.champions[role].score) for g in generations]
     return kept
 
@@ -197,7 +197,7 @@ def test_cosampled_teams_meet_in_one_batch_that_scores_both():
         result = FusedEvaluator(config.env).evaluate(replayed(batch, evaluator.teams[3 * number]))
         assert np.array_equal(generation.trials["predators"].fitness, result.fitness[..., :3].mean(axis=1))
         assert np.array_equal(generation.trials["prey"].fitness, result.fitness[..., 3:].mean(axis=1))
-        assert generation.trials["prey"].caught == result.captured.mean()
+        assert generation.trials["prey"].payoff == result.captured.mean()
 
 
 @pytest.mark.parametrize("choice", ["latest", "uniform"])

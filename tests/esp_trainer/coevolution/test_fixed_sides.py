@@ -94,7 +94,7 @@ def test_the_other_side_is_scored_against_it_and_bred(fixed: Role):
         own = slice(0, 3) if role == "predators" else slice(3, 5)
         result = evaluator.results[3 * number]
         assert np.array_equal(generation.trials[role].fitness, result.fitness[..., own].mean(axis=1))
-        assert generation.trials[role].caught == result.captured.mean()
+        assert generation.trials[role].payoff == result.captured.mean()
 
 
 @ROLE

@@ -37,7 +37,7 @@ def of_trials(batch: TrialBatch, trials: Any) -> TrialBatch:
 
 def as_bytes(result: TrialResult | Trace) -> list[bytes]:
     arrays = result if isinstance(result, tuple) else vars(result).values()
-    return [array.tobytes() for array in arrays]
+    return [array.tobytes() for array in arrays if array is not None]  # there are no payoffs of another game
 
 
 def who_always_choose(action: int, n_actions: int, n_agents: int) -> EvolvedTeams:

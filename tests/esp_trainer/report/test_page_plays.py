@@ -58,7 +58,7 @@ def sides(predators: SideConfig | None = None, prey: SideConfig | None = None, *
     return small("paper-3v2", **env).replace(predators=predators or SideConfig(), prey=prey or SideConfig())
 
 
-CONFIGS = {name: small(name) for name in PRESETS}
+CONFIGS = {name: small(name) for name in PRESETS if name != "game"}
 CONFIGS |= {
     "in turns": small("paper-3v2", move_order="prey_first"),
     "swaps": small("paper-3v2", swap_captures=True, size=9),

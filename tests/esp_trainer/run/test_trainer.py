@@ -377,7 +377,7 @@ def test_a_log_has_a_line_for_each_generation(tmp_path: Path, start: Any) -> Non
             assert line["trials"][role] == {
                 "mean": pytest.approx(trials.fitness.mean()),
                 "best": pytest.approx(trials.fitness.mean(axis=1).max()),
-                "caught": pytest.approx(trials.caught),
+                "caught": pytest.approx(trials.payoff),
             }
             assert line["trials"][role]["mean"] < line["trials"][role]["best"] <= 25
             assert line["champions"][role] == generation.champions[role].score

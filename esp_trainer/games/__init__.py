@@ -1,0 +1,1 @@
+"""Other games than the predator-prey world, for ``game.environment``."""
