@@ -69,6 +69,15 @@ def test_an_algorithm_of_ones_own_breeds_predators_that_catch_prey(tmp_path: Pat
 
 
 @pytest.mark.slow
+def test_a_game_of_ones_own_is_evolved_and_measured(tmp_path: Path) -> None:
+    told = printed("own_game.py", tmp_path)
+    assert "against the runner of generation 0 1 2 3\n" in told
+    rows = re.findall(r"^ +\d \|(.*)$", told, re.MULTILINE)
+    assert len(rows) == 4
+    assert all(0 <= float(payoff) <= 20 for row in rows for payoff in row.split())
+
+
+@pytest.mark.slow
 def test_a_network_of_ones_own_evolves(tmp_path: Path) -> None:
     told = printed("own_network.py", tmp_path)
     assert re.findall(r"^\w+", told, re.MULTILINE) == ["leaky", "feedforward"]

@@ -109,6 +109,21 @@ def test_peers_benchmark_fills_every_row_or_says_who_is_not_installed() -> None:
 
 
 @pytest.mark.slow
+def test_games_benchmark_fills_every_row_of_its_table() -> None:
+    done = script("bench_games.py", "--quick")
+    assert done.returncode == 0, done.stderr
+    rows = table_of(done.stdout)
+    assert [what for what, *_ in rows] == [
+        "`ReferenceEvaluator`",
+        "the environment alone, random actions",
+        "`GameEvaluator`, one process",
+        "`GameEvaluator`, two processes",
+        "`GameEvaluator`, `many()` in one process",
+    ]
+    assert all(float(figure.split()[0]) > 0 for _, figure, *_ in rows)
+
+
+@pytest.mark.slow
 @pytest.mark.usefixtures("only_cluster")
 def test_scaling_benchmark_fills_every_table() -> None:
     done = script("bench_scaling.py", "--quick")
