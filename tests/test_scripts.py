@@ -26,6 +26,7 @@ ROWS = (
     "trials with `elman` networks",
     "trials with networks of a user",
     "trials with everything seen",
+    "trials with an observation of a user",
     "the first trials with",
     *(f"a generation by `{name}`" for name in ("esp", "cosyne", "ga", "openai_es", "cma_es")),
     "`parallel_env()`",
