@@ -75,8 +75,9 @@ def _both_sides(results: All, place: Path, name: str, ylabel: str, sides: str) -
                 )
                 data |= {"generation": found.generations}
                 data |= {f"{arm}, {role}: {part}": values for part, values in drawn.items()}
-    for panel in axes:
-        plots.legend(panel)
+    for number, panel in enumerate(axes):
+        panel.set_ylim(0, 1)
+        plots.legend(panel, loc="lower center" if number == 3 else "upper center")
     plots.save(figure, place / f"{name}.png", data)
 
 
@@ -106,8 +107,8 @@ def behaviours(results: All, place: Path) -> None:
             data |= {"generation": results[arm]["watched"][0]}
             data |= {f"{arm}, {name}: {part}": values for part, values in drawn.items()}
         panel.axhline(0, color="0.7", linewidth=0.6)
-        panel.set_title(name)
-    plots.legend(axes[0])
+        panel.set(title=name, ylim=(-0.05, 1))
+    plots.legend(axes[1], loc="upper right")
     axes[0].set(xlabel="generation", ylabel="rate over chance")
     plots.save(figure, place / "behaviours.png", data)
 
@@ -167,6 +168,7 @@ def forest(results: All, place: Path, name: str, parts: tuple[str, ...]) -> None
     for panel, (task, arms) in zip(axes, tasks.items(), strict=True):
         for y, found in enumerate(arms[::-1]):
             table += _row(panel, y, found)
+        panel.sharex(axes[0])
         panel.axvline(0, color="0.7", linewidth=0.6)
         panel.set(title=task, yticks=range(len(arms)), yticklabels=[found.setting.name for found in arms[::-1]])
         panel.set_xlabel("progress against held-out opponents, share of prey")
