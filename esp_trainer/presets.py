@@ -126,17 +126,8 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
             game=GameConfig(environment="esp_trainer.games.simple_tag", predators="adversary_", prey="agent_"),
             predators=_ONE_NETWORK,
             prey=_ONE_NETWORK,
-            esp=EspConfig(
-                subpopulation_size=50,
-                n_trials=400,
-                n_episodes=4,
-                hof_mates=0,
-                past_share=0.5,
-                past_choice="contested",
-                past_each_episode=True,
-                block_size=10,
-                memory=0.8,
-                prior_trials=20.0,
+            esp=_RACE.esp.replace(
+                subpopulation_size=50, n_trials=400, n_episodes=4, prior_trials=20.0, exploiters_every=0
             ),
             champion=ChampionConfig(n_candidates=10, n_held_out=100),
         ),

@@ -142,6 +142,15 @@ class ScriptedTeams:
         return self
 
 
+def no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
+    """Return teams for no trial: of a controller, or a script."""
+    if controller is None:
+        return ScriptedTeams("random")
+    n_genomes, (n_networks, n_hidden, n_genes) = n_agents // controller.n_together, controller.shape
+    genomes = np.zeros((n_genomes, n_networks, n_hidden, 1, n_genes), np.float32)
+    return EvolvedTeams(controller, genomes, np.zeros((0, n_genomes, n_networks, n_hidden), np.int64))
+
+
 class Fixed(Protocol):
     """A player that can be given a side of a run without evolving."""
 

@@ -6,8 +6,9 @@ from typing import Any, Literal, NamedTuple, TypeAlias, TypedDict
 
 from pydantic import Field, model_validator
 
+from predprey_env.plugins import find_class
 from predprey_env.settings import Settings
-from predprey_env.sight import Sight, check_sight, sight_class
+from predprey_env.sight import SIGHTS, Sight, check_sight
 
 MOVES = ("east", "west", "north", "south", "idle")
 """Actions in index order. Predators have all five, prey the first four (section V)."""
@@ -200,10 +201,10 @@ class EnvConfig(Settings):
 
     @property
     def sight(self) -> Any:
-        """What agents observe, in the form that compiled code reads: a :class:`~predprey_env.sight.AnySight`."""
+        """Return what agents observe, in the form that compiled code reads: a :class:`~predprey_env.sight.AnySight`."""
         if self.observation == "offsets":
             return Sight(*(getattr(self, f"see_{name}") for name in Sight._fields))
-        return sight_class(self.observation)()
+        return find_class("observation", self.observation, SIGHTS)()  # checked already
 
     @property
     def changes(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -144,22 +143,10 @@ def sight_class(name: str) -> type[Any]:
     Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol :class:`AnySight`.
     """
     found = find_class("observation", name, SIGHTS)
-    fields, defaults = getattr(found, "_fields", None), getattr(found, "_field_defaults", {})
-    if fields is None:
-        raise ValueError(f"observation {name} must be a named tuple, got {found.__name__}")
-    missing = [f"{call}()" for call in ("n_seen", "groups", "bounds") if not callable(getattr(found, call, None))]
-    if missing:
-        raise ValueError(f"observation {name} has no {' and no '.join(missing)}")
-    unset = [field for field in fields if field not in defaults]
+    observe.check(found, f"observation {name}", calls=("n_seen", "groups", "bounds"))
+    unset = [field for field in found._fields if field not in found._field_defaults]
     if unset:
         raise ValueError(f"observation {name} must have a default for each field, got none for {', '.join(unset)}")
-    if found not in observe.registry:
-        raise ValueError(f"observation {name} has no rule: put @observe.register({found.__name__}) above it")
-    expected = list(inspect.signature(observe.__call__).parameters)
-    rule = observe.registry[found]
-    got = list(inspect.signature(getattr(rule, "py_func", rule)).parameters)
-    if len(got) != len(expected):
-        raise ValueError(f"the rule of observation {name} must take {', '.join(expected)}, got {', '.join(got)}")
     return found
 
 

@@ -16,7 +16,16 @@ from esp_trainer.esp.controller import make_controller
 from esp_trainer.evaluation.kernel import BatchSide, Recorded, make_memory, play_blocks
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.networks.controller import Controller
-from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, TeamBatch, Trace, TrialBatch, TrialResult
+from esp_trainer.types import (
+    EvolvedTeams,
+    Role,
+    ScriptedTeams,
+    TeamBatch,
+    Trace,
+    TrialBatch,
+    TrialResult,
+    no_teams,
+)
 from predprey_env.config import EnvConfig
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.scripted import Script
@@ -51,7 +60,7 @@ class FusedEvaluator:
 
         Raises :class:`ValueError`, in one line, if the rule of a network or sight of one's own does not compile.
         """
-        teams = _no_teams(predators, self.env.n_predators), _no_teams(prey, self.env.n_prey)
+        teams = no_teams(predators, self.env.n_predators), no_teams(prey, self.env.n_prey)
         self.evaluate(TrialBatch(*teams, np.zeros(self._shape(0, 1))))
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
@@ -103,15 +112,6 @@ class FusedEvaluator:
             list(self._threads().map(play, blocks(n_trials, self.threads * _PARTS_PER_THREAD, most)))
         result = TrialResult(outcome.fitness, outcome.caught_at > 0, outcome.steps)
         return result, Trace(outcome.cells, outcome.actions, outcome.caught_at[:n_traced])
-
-
-def _no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
-    """Return teams for no trial: of a controller, or a script."""
-    if controller is None:
-        return ScriptedTeams("random")
-    n_genomes, (n_networks, n_hidden, n_genes) = n_agents // controller.n_together, controller.shape
-    genomes = np.zeros((n_genomes, n_networks, n_hidden, 1, n_genes), np.float32)
-    return EvolvedTeams(controller, genomes, np.zeros((0, n_genomes, n_networks, n_hidden), np.int64))
 
 
 def blocks(n_trials: int, n: int, most: int = sys.maxsize) -> list[slice]:

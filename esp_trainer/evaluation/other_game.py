@@ -18,12 +18,11 @@ from esp_trainer.game import Environment, GameConfig, GameError, can_play_many, 
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import (
     ROLES,
-    EvolvedTeams,
     Role,
-    ScriptedTeams,
     TeamBatch,
     TrialBatch,
     TrialResult,
+    no_teams,
     zero_sum_part,
 )
 
@@ -61,7 +60,7 @@ class GameEvaluator:
         with in_one_line(self.config.environment, "in an episode of random actions"):
             check_repeats(self.config)
         shapes = self.game.shapes
-        teams = _no_teams(predators, shapes["predators"].n_agents), _no_teams(prey, shapes["prey"].n_agents)
+        teams = no_teams(predators, shapes["predators"].n_agents), no_teams(prey, shapes["prey"].n_agents)
         self.evaluate(TrialBatch(*teams, np.zeros((0, 1), np.int64)))
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
@@ -88,14 +87,6 @@ class GameEvaluator:
         n_predators, n_prey = (self.game.shapes[role].n_agents for role in ROLES)
         nobody = np.zeros((*steps.shape, n_prey), np.bool_)
         return TrialResult(fitness, nobody, steps, zero_sum_part(fitness, n_predators))
-
-
-def _no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
-    if controller is None:
-        return ScriptedTeams("random")
-    n_networks, n_hidden, n_genes = controller.shape
-    genomes = np.zeros((n_agents, n_networks, n_hidden, 1, n_genes), np.float32)
-    return EvolvedTeams(controller, genomes, np.zeros((0, n_agents, n_networks, n_hidden), np.int64))
 
 
 def _play(job: tuple[str, Job]) -> Outcome:

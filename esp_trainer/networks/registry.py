@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
 import numpy as np
@@ -27,19 +26,7 @@ def network_class(name: str) -> type[Any]:
     :class:`~esp_trainer.networks.protocol.Network`.
     """
     found = find_class("network", name, NETWORKS)
-    if not issubclass(found, tuple) or not hasattr(found, "_fields"):
-        raise ValueError(f"network {name} must be a named tuple, got {found.__name__}")
-    missing = [field for field in _FIELDS if field not in found._fields]
-    missing += [f"{call}()" for call in ("genes", "memory") if not callable(getattr(found, call, None))]
-    if missing:
-        raise ValueError(f"network {name} has no {' and no '.join(missing)}")
-    if found not in respond.registry:
-        raise ValueError(f"network {name} has no rule: put @respond.register({found.__name__}) above it")
-    expected = list(inspect.signature(respond.__call__).parameters)
-    rule = respond.registry[found]
-    got = list(inspect.signature(getattr(rule, "py_func", rule)).parameters)
-    if len(got) != len(expected):
-        raise ValueError(f"the rule of network {name} must take {', '.join(expected)}, got {', '.join(got)}")
+    respond.check(found, f"network {name}", calls=("genes", "memory"), fields=_FIELDS)
     return found
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from functools import partial
+from inspect import signature
 from typing import Any
 
 from predprey_env.settings import brief
@@ -21,6 +23,8 @@ class Generic:
         self.registry: dict[Any, Any] = {}
         self.default = default
         self._name, self._kind = name, kind
+
+    __call__: Callable[..., Any]
 
     def register(self, cls: type, rule: Any = None) -> Any:
         """Register the rule of a class: ``choose.register(Player, rule)``, or ``@choose.register(Player)`` above the
@@ -41,6 +45,34 @@ class Generic:
         while cls.__name__ in taken:
             cls.__name__ += "_"
         return rule
+
+    def check(self, cls: type, called: str, calls: Iterable[str] = (), fields: Iterable[str] = ()) -> None:
+        """Raise :class:`ValueError`, in one line, unless a class is a named tuple with a rule, some methods and fields.
+
+        Args:
+            cls: The class.
+            called: What error messages call it.
+            calls: Names of its methods.
+            fields: Names of its fields.
+        """
+        own = getattr(cls, "_fields", None)
+        if own is None:
+            raise ValueError(f"{called} must be a named tuple, got {cls.__name__}")
+        missing = [field for field in fields if field not in own]
+        missing += [f"{call}()" for call in calls if not callable(getattr(cls, call, None))]
+        if missing:
+            raise ValueError(f"{called} has no {' and no '.join(missing)}")
+        if cls not in self.registry:
+            raise ValueError(f"{called} has no rule: put @{self._name}.register({cls.__name__}) above it")
+        rule = self.registry[cls]
+        expected, got = ([*signature(f).parameters] for f in (self.__call__, getattr(rule, "py_func", rule)))
+        if len(got) != len(expected):
+            raise ValueError(f"the rule of {called} must take {', '.join(expected)}, got {', '.join(got)}")
+
+    def in_python(self, one: Any) -> Any:
+        """Return the Python function of the rule for the class of an object, or of the default."""
+        rule = self.registry.get(type(one), self.default)
+        return getattr(rule, "py_func", rule)
 
     def known(self, one: Any) -> Any:
         """Return the rule for the class of an object; :class:`TypeError` if it has none."""

@@ -13,7 +13,7 @@ from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.generic import Generic
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
-from predprey_env.sight import PLAIN_SIGHT, AnySight, Sight
+from predprey_env.sight import AnySight, Sight
 
 MEMORY = 4
 """Least number of int32 rows of memory that a compiled player has for each of its agents; see :data:`memory_rows`."""
@@ -118,8 +118,7 @@ class _SeesTeam(Generic):
     """
 
     def __call__(self, player: Player) -> bool:
-        rule = self.registry.get(type(player))
-        return False if rule is None else bool(rule(player))
+        return bool(self.in_python(player)(player))
 
 
 class _SightOf(Generic):
@@ -130,8 +129,8 @@ class _SightOf(Generic):
     """
 
     def __call__(self, player: Player) -> AnySight:
-        rule = self.registry.get(type(player))
-        return PLAIN_SIGHT if rule is None else getattr(rule, "py_func", rule)(player)
+        found: AnySight = self.in_python(player)(player)
+        return found
 
 
 class _MemoryRows(Generic):

@@ -267,7 +267,7 @@ def few(sight: Any, world: Any) -> int:
     return 0
 
 
-for _class in (Short, Beyond, Reversed, Raising):
+for _class in (Undecided, Short, Beyond, Reversed, Raising):
     observe.register(_class, still)
 observe.register(Few, few)
 
