@@ -35,7 +35,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def assert_in_words(text: str) -> None:
     assert "nan" not in re.split(r"[^a-z]+", text)
-    assert not re.search(r"-0(\.0+)?(?![.\d])", text), text
+    assert not re.search(r"(?<!\w)-0(\.0+)?(?![.\d])", text), text
     assert not re.search(r"(?<![\d.-])1 (episode|generation|opponent|phase|predator|run|seed|step)s\b", text), text
 
 
