@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from race import report
 from race.measure import gather, measure_all
-from study import evolve
+from study import SMALL, evolve
 
 from esp_trainer.cores import cores
 from esp_trainer.sweep.plan import PlannedRun, read_plan
@@ -62,21 +62,7 @@ def _plan(name: str, quick: bool) -> list[PlannedRun]:
     if not quick:
         return plan
     small = [run for run in plan if _rank(run, plan) < 3]
-    return [replace(run, config=run.config.with_fields(_SMALL)) for run in small]
-
-
-_SMALL = {
-    "generations": 9,
-    "env.size": 16,
-    "env.max_cycles": 30,
-    "esp.subpopulation_size": 20,
-    "esp.n_trials": 60,
-    "esp.hof_mates": 0,
-    "champion.n_candidates": 4,
-    "champion.n_past": 0,
-    "esp.exploiter_generations": 2,
-    "champion.n_held_out": 32,
-}
+    return [replace(run, config=run.config.with_fields(SMALL)) for run in small]
 
 
 def _rank(run: PlannedRun, plan: list[PlannedRun]) -> int:

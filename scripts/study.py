@@ -21,6 +21,20 @@ from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.sweep.pool import Work
 from esp_trainer.sweep.results import is_whole
 
+SMALL: dict[str, Any] = {
+    "generations": 9,
+    "env.size": 16,
+    "env.max_cycles": 30,
+    "esp.subpopulation_size": 20,
+    "esp.n_trials": 60,
+    "esp.hof_mates": 0,
+    "champion.n_candidates": 4,
+    "champion.n_past": 0,
+    "esp.exploiter_generations": 2,
+    "champion.n_held_out": 32,
+}
+"""Fields of a run that takes seconds and means nothing."""
+
 
 def evolve(place: Path, runs: Sequence[PlannedRun], workers: int) -> None:
     """Do the runs that are not whole, as ``esp-trainer sweep`` does; one run that fails ends the study."""

@@ -75,14 +75,13 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
                 found[f"{name}.{role}"] = caught_by_each(role, mine, theirs, evaluator).astype(np.float32)
     if len(history.champions) == len(ROLES):
         found["own"] = own_cross_play(history, evaluator, n_generations=GENERATIONS).caught.astype(np.float32)
-        found |= _behaviours(history, evaluator, generations)
+        found |= behaviours(history, evaluator, generations)
         found |= _responses(history, evaluator)
-    keep(place, run, found)
+    keep(measured_file(place, run), found)
 
 
-def keep(place: Path, run: PlannedRun, found: Arrays) -> None:
-    """Write the measurements of a run; a file is whole or not there."""
-    file = measured_file(place, run)
+def keep(file: Path, found: Arrays) -> None:
+    """Write measurements; a file is whole or not there."""
     file.parent.mkdir(exist_ok=True)
     beside = file.with_suffix(".part")
     with beside.open("wb") as stream:
@@ -100,7 +99,7 @@ def _members(panel: Sequence[Path]) -> Opponents:
     return found
 
 
-def _behaviours(history: History, evaluator: FusedEvaluator, generations: np.ndarray) -> Arrays:
+def behaviours(history: History, evaluator: FusedEvaluator, generations: np.ndarray) -> Arrays:
     """Return rates and null rates of every behaviour in champion against champion, ``(GENERATIONS, 2)`` each."""
     rates = watch(history, evaluator, generations)
     return {f"behaviour.{name}": np.array([(r.rate, r.null) for r in row], np.float32) for name, row in rates.items()}

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from race.measure import Arrays, keep
+from race.measure import Arrays, behaviours, keep, measured_file
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import caught_by_each, scripts
 from esp_trainer.analysis.cross_play import own_cross_play
 from esp_trainer.analysis.history import History
-from esp_trainer.analysis.watch import watch
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.sweep.plan import PlannedRun
 from predprey_env.agents import other_team
@@ -48,6 +47,5 @@ def measure(place: Path, run: PlannedRun, panel: Sequence[Path], thorough: bool)
             found[f"response.{role}"] = np.array([answer.before, answer.after])
     if thorough:
         found["watched"] = history.sample(WATCHED)
-        for name, rates in watch(history, evaluator, found["watched"]).items():
-            found[f"behaviour.{name}"] = np.array([(each.rate, each.null) for each in rates], np.float32)
-    keep(place, run, found)
+        found |= behaviours(history, evaluator, found["watched"])
+    keep(measured_file(place, run), found)

@@ -1,0 +1,77 @@
+"""What a replaced part does to a race: the studies of algorithms and of senses, from nothing to their pages.
+
+The runs are those of ``studies/*.toml``. The script does the runs that are missing, measures them, and writes
+``docs/algorithms.md`` and ``docs/senses.md``. It can be stopped at any moment and started again. The whole takes some
+four hours on two cores.
+
+    python scripts/compare_parts.py                    # into docs/
+    python scripts/compare_parts.py --only senses-3v1  # the runs of these plans
+    python scripts/compare_parts.py --report           # only the pages again, from the measurements that are kept
+    python scripts/compare_parts.py --quick            # small and meaningless, into runs/parts-quick
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it too
+
+import numpy as np
+from parts import report
+from parts.measure import measure_all
+from study import SMALL, evolve
+
+from esp_trainer.cores import cores
+from esp_trainer.sweep.plan import PlannedRun, read_plan
+
+HERE = Path(__file__).parent
+TASKS = {"algorithms": ("3v1", "steppe"), "senses": ("3v1",)}
+"""Tasks of each study, which is also the name of its page."""
+BEHAVIOURS = {
+    "algorithms": (),
+    "senses": ("role switch", "blocker", "opposing attack", "baiting", "sidestepping", "reversal"),
+}
+PLANS = [f"{study}-{task}" for study, tasks in TASKS.items() for task in tasks]
+
+
+def main() -> None:
+    """Do and measure the missing runs, and write the pages."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+    parser.add_argument("--report", action="store_true", help="run nothing")
+    parser.add_argument("--only", nargs="+", choices=PLANS, default=PLANS, help="only the runs of these plans")
+    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs, or runs/parts-quick")
+    parser.add_argument("--out", type=Path, help="where the pages go; by default docs, or runs/parts-quick")
+    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+    options = parser.parse_args()
+    runs = options.runs or Path("runs/parts-quick" if options.quick else "runs")
+    out = options.out or Path("runs/parts-quick" if options.quick else "docs")
+    for plan in () if options.report else options.only:
+        planned = _planned(plan, options.quick)
+        evolve(runs / plan, planned, options.workers)
+        measure_all(runs / plan, planned, _kept(out, plan), options.workers)
+    for study, tasks in TASKS.items():
+        there = {task: file for task in tasks if (file := _kept(out, f"{study}-{task}")).exists()}
+        if there:
+            found = {task: dict(np.load(file)) for task, file in there.items()}
+            report.write(HERE / "parts" / f"{study}.md", found, BEHAVIOURS[study], out)
+
+
+def _kept(out: Path, plan: str) -> Path:
+    study, _, task = plan.partition("-")
+    return out / study / f"{task}.npz"
+
+
+def _planned(name: str, quick: bool) -> list[PlannedRun]:
+    plan = read_plan(HERE / "studies" / f"{name}.toml")
+    if not quick:
+        return plan
+    small = {name: value for name, value in SMALL.items() if not name.startswith("env.")}  # held-out teams have a world
+    return [replace(run, config=run.config.with_fields(small)) for run in plan if run.config.seed < 2]
+
+
+if __name__ == "__main__":
+    main()

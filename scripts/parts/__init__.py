@@ -1,0 +1,1 @@
+"""Replaced parts, measured: what other algorithms, senses and networks do to a race."""
