@@ -61,6 +61,7 @@ def matrix(runs: Sequence[MeasuredRuns]) -> Figure | None:
         "matrices": [_rounded(run.own.payoff) if run.own else None for run in runs],
         "predators": played[0].predators.tolist(),
         "prey": played[0].prey.tolist(),
+        "n_starts": played[0].n_episodes,
         "top": max(0.5, top) if captures else top,
         "bottom": 0.0 if captures else bottom,
         "name": "prey caught" if captures else "payoff to the predators",

@@ -128,7 +128,7 @@ class _Translation:
         names = [argument.arg for argument in tree.args.args]
         self._local = {*names, *(node.id for node in ast.walk(tree) if _is_stored(node))}  # type: ignore[attr-defined]
         if reserved := sorted(_RESERVED & {tree.name, *self._local}):
-            raise ValueError(f"rules do not hold names that JavaScript reserves: {', '.join(reserved)}")
+            raise ValueError(f"cannot translate names that JavaScript reserves: {', '.join(reserved)}")
         defaults = dict(zip(reversed(names), reversed(tree.args.defaults), strict=False))
         arguments = [f"{n} = {self._value(defaults[n])}" if n in defaults else n for n in names]
         summary = " ".join((ast.get_docstring(tree) or "").split("\n\n")[0].split())
@@ -298,7 +298,7 @@ class _Translation:
 
 
 def _cannot(node: ast.AST) -> ValueError:
-    return ValueError(f"rules do not hold such a thing: {ast.unparse(node)}")
+    return ValueError(f"cannot translate {ast.unparse(node)!r}")
 
 
 def _sign(node: ast.AST, operator: ast.AST) -> str:

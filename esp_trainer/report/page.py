@@ -23,6 +23,7 @@ from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import charts, matches, moments
 from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure
+from esp_trainer.report.recorded import recorded
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import Line, story
 from esp_trainer.report.verdict import verdict
@@ -30,20 +31,8 @@ from esp_trainer.seeding import stream
 from predprey_env.settings import counted, flat
 
 _SCRIPTS = (
-    *(
-        "dom",
-        "teams",
-        "episode",
-        "game",
-        "behaviours",
-        "painter",
-        "timeline",
-        "wants",
-        "thoughts",
-        "player",
-        "dragging",
-    ),
-    *("keys", "link", "yourself", "csv", "charts", "tour", "main"),
+    *("dom", "teams", "recording", "episode", "game", "behaviours", "painter", "timeline", "wants", "thoughts"),
+    *("player", "dragging", "keys", "link", "yourself", "csv", "charts", "tour", "main"),
 )
 _MATRIX = {
     True: ("Who catches whom", "The fraction of prey caught in each pairing."),
@@ -82,13 +71,12 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     if not captures:  # no match of another game is played here anyhow
         unplayable = []
     lines = story(runs)
+    shown = [*phases, *moments.of_behaviours(runs, without=[phase["behaviour"] for phase in phases])]
     data = {
         "world": matches.world(sources[0].config.env) if captures else None,
-        "runs": _teams(runs, playable=captures and not unplayable),
-        "starts": _starts(runs) if captures else [],
-        "moments": [*phases, *moments.of_behaviours(runs, without=[phase["behaviour"] for phase in phases])],
         "matrix": charts.matrix(runs),
         "charts": charts.charts(runs),
+        **(recorded(runs, shown, _starts(runs)) if unplayable else _computed(runs, shown)),
     }
     return Template(_asset("page.html")).substitute(
         title=escape(_title(sources)),
@@ -127,17 +115,20 @@ def _rules(sources: Sequence[RunSource]) -> tuple[str, list[str]]:
     kinds = matches.kinds_in(source.history for source in sources if source.history)
     try:
         return matches.rules_in_javascript(floats, kinds), []
-    except (ValueError, OSError):
-        return matches.rules_in_javascript(floats), list(filter(None, map(_untranslated, kinds)))
+    except (ValueError, OSError) as error:  # OSError: the source of a class cannot be read
+        alone = list(filter(None, map(_untranslated, kinds))) or [
+            f"the rules have no translation to JavaScript ({error})"
+        ]
+        note = "The matches are recorded, as the page cannot compute them"
+        return matches.rules_in_javascript(floats), [f"{note}: {why}." for why in alone]
 
 
 def _untranslated(kind: type) -> str:
-    """Return a note if the rule of a network or sight has no translation to JavaScript, else an empty text."""
+    """Return a clause if the rule of a network or sight by itself has no translation, else an empty text."""
     try:
         matches.rules_in_javascript("", [FeedForward, kind])
-    except (ValueError, OSError) as error:  # of a class whose source cannot be read
-        why = f"the rule of {kind.__name__} has no translation to JavaScript ({error})"
-        return f"No match can be played here: {why}."
+    except (ValueError, OSError) as error:
+        return f"the rule of {kind.__name__} has no translation to JavaScript ({error})"
     return ""
 
 
@@ -186,6 +177,16 @@ def _names(names: list[str], sources: Sequence[RunSource]) -> str:
     return "All runs" if len(names) == len(sources) else ", ".join(names)
 
 
+def _computed(runs: Sequence[MeasuredRuns], shown: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the part of the page's data from which it computes matches, if the game is one that it can play."""
+    playable = runs[0].captures
+    return {
+        "runs": _teams(runs, playable=playable),
+        "starts": _starts(runs).tolist() if playable else [],
+        "moments": shown,
+    }
+
+
 def _teams(runs: Sequence[MeasuredRuns], *, playable: bool) -> list[dict[str, Any]]:
     """Return the teams of each run: champions of all kept generations if they fit, else of the measured ones."""
     histories = [run.source.history for run in runs]
@@ -206,13 +207,13 @@ def _kept(run: MeasuredRuns, history: History, *, whole: bool) -> np.ndarray:
     return np.union1d(played, run.watched.generations)
 
 
-def _starts(runs: Sequence[MeasuredRuns]) -> list[Any]:
-    """Return the starts of the cross-play, so that the matches behind each cell of the matrix can be played."""
-    played = [run.own for run in runs if run.own]
-    if not played:
-        return []
-    starts = CellStarts(runs[0].source.config.env).held_out(stream(0, "cross-play"), played[0].n_episodes)
-    return starts[:, 0].tolist()
+def _starts(runs: Sequence[MeasuredRuns]) -> np.ndarray:
+    """Return the starts of the cross-play, so that the matches behind each cell of the matrix can be played.
+
+    They are int ``(n, n_agents, 2)``; none without a cross-play.
+    """
+    n = max((run.own.n_episodes for run in runs if run.own), default=0)
+    return CellStarts(runs[0].source.config.env).held_out(stream(0, "cross-play"), n)[:, 0]
 
 
 def _config(config: RunConfig) -> str:

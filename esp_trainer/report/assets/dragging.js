@@ -3,6 +3,7 @@
 // player: the Player. hover: called with the agent under the mouse, or -1.
 function letDrag(player, hover) {
   const { painter, env } = player, { canvas } = painter;
+  canvas.style.cursor = "grab";
   let cells = null, held = -1, moved = false, under = -1;
   const cellOf = (event) => {
     const box = canvas.getBoundingClientRect();

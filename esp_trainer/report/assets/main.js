@@ -28,7 +28,7 @@ function pictured(moment) {
   });
   byId("moments").hidden = false;
   document.querySelector(".moments").append(button);
-  const pick = (side) => ({ run: team.run, n: nearest_of(player.sides[team.run][side].generations, team.generation) });
+  const pick = (side) => player.pick(side, team);
   const scene = player.played(pick("predators"), pick("prey"), moment.start);
   return { moment, scene, painter: new Painter(canvas, data.world.env) };
 }
@@ -46,8 +46,19 @@ function paint({ moment: { step, until, shown }, scene, painter }) {
 
 function draw() {
   player?.draw();
-  player?.thoughts.hover(-1);
+  player?.thoughts?.hover(-1);
   pictures.forEach(paint);
+}
+
+// Hide what needs computed matches, and say what can be chosen instead.
+function showAsRecorded() {
+  for (const place of document.querySelectorAll(".computed")) place.hidden = true;
+  const most = Math.max(...player.sides.flatMap((run) => (run ? [run.predators, run.prey] : [])).map((side) => side.generations.length));
+  const runs = data.runs.length > 1 ? " Both sides are of the same run." : "";
+  byId("recorded").textContent = `These matches are recorded, for ${counted(most, "generation")} of a side and ` +
+    `${counted(data.starts.length, "start")}. If another is asked for, the nearest is shown.${runs}`;
+  byId("recorded").hidden = false;
+  byId("matrix-click").textContent = "A click on a cell plays the nearest recorded match.";
 }
 
 function theme(name) {
@@ -65,8 +76,11 @@ if (player) {
   byId("play").hidden = false;
   player.show({ start: player.eventful() });
   listenToKeys(player);
-  letDrag(player, (agent) => player.thoughts.hover(agent));
-  player.yourself = new Yourself(player, data.world.moves);
+  if (player.recording) showAsRecorded();
+  else {
+    letDrag(player, (agent) => player.thoughts.hover(agent));
+    player.yourself = new Yourself(player, data.world.moves);
+  }
   linked = followLinks(player, byId("link"), byId("linked"));
 }
 charts = new Charts(data, player);

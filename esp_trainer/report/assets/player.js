@@ -7,25 +7,30 @@ class Player {
   constructor(data, on) {
     const { env, behaviours, moves } = data.world;
     Object.assign(this, { data, env, on });
+    this.recording = data.recorded ? new Recording(env, data.recorded) : null; // null if matches are computed
     this.game = new Game(data.world);
     this.sides = data.runs.map((run) => run.sides && { predators: new Side(run.sides.predators), prey: new Side(run.sides.prey) });
     this.painter = new Painter(byId("world"), env);
     this.timeline = new Timeline(byId("timeline"), behaviours, (step) => this.seek(step));
-    this.thoughts = new Thoughts(byId("thoughts"), this.game, moves, (agent) => { this.agent = agent; this.draw(); });
+    const choose = (agent) => { this.agent = agent; this.draw(); };
+    this.thoughts = this.recording ? null : new Thoughts(byId("thoughts"), this.game, moves, choose);
     this.live = null; // a game in which a person plays, instead of the match
-    this.agent = 0;
+    this.agent = this.recording ? -1 : 0;
     this.speed = 1;
     this.time = 0;
     this.playing = false;
     this.#controls();
   }
 
-  // Show a match between generations of runs, both by number. start: number of a start, or cells.
+  // Show a match between generations of runs, both by number. start: number of a start, or cells. Where it is not
+  // recorded, show the nearest of those that are.
   show({ predators, prey, start, name = "your own", step = 0 }) {
     const first = this.sides.findIndex(Boolean);
-    this.predators = this.#pick("predators", predators ?? this.predators ?? { run: first });
-    this.prey = this.#pick("prey", prey ?? this.prey ?? { run: first });
+    this.predators = this.pick("predators", predators ?? this.predators ?? { run: first });
+    const same = this.recording && { run: this.predators.run }; // only generations of one run met
+    this.prey = this.pick("prey", { ...(prey ?? this.prey ?? { run: first }), ...same });
     if (start !== undefined) Object.assign(this, { start, startName: name });
+    if (!this.#match(this.predators, this.prey, this.start)) this.#toNearest();
     this.watch(this.played(this.predators, this.prey, this.start), step);
   }
 
@@ -39,8 +44,18 @@ class Player {
   }
 
   // Return a match with everything that is drawn of it.
-  played(predators, prey, start) {
-    return this.marked(this.game.match(this.team("predators", predators), this.team("prey", prey), this.cellsOf(start)));
+  played(predators, prey, start) { return this.marked(this.#match(predators, prey, start)); }
+
+  #match(predators, prey, start) {
+    const cells = this.cellsOf(start);
+    if (this.recording) return this.recording.match(predators, prey, cells);
+    return this.game.match(this.team("predators", predators), this.team("prey", prey), cells);
+  }
+
+  // Choose the generations and the start that the sliders can show.
+  #toNearest() {
+    for (const side of ["predators", "prey"]) this[side] = this.pick(side, { run: this[side].run, n: this[side].n });
+    if (typeof this.start !== "number") this.start = 0;
   }
 
   marked(match) { return { match, ...behavioursOf(match, this.data.world) }; }
@@ -52,10 +67,10 @@ class Player {
   // Return the start from which the match of the last generations ends with the most prey caught; of several the first
   // that plays for a while, or the longest.
   eventful() {
-    const run = this.sides.find(Boolean), last = (side) => side.team(Math.max(0, side.generations.length - 1));
+    const last = ["predators", "prey"].map((side) => this.pick(side, { run: this.sides.findIndex(Boolean) }));
     let [best, most, longest] = [0, 0, 0];
-    for (const [i, start] of this.data.starts.entries()) {
-      const { caughtAt, length } = this.game.match(last(run.predators), last(run.prey), start);
+    for (const i of this.data.starts.keys()) {
+      const { caughtAt, length } = this.#match(...last, i);
       const caught = caughtAt.filter((at) => at < Infinity).length;
       if (caught > most || (caught > 0 && caught === most && length > longest)) [best, most, longest] = [i, caught, length];
       if (most === caughtAt.length && longest >= A_WHILE) break;
@@ -63,11 +78,13 @@ class Player {
     return best;
   }
 
-  // Return the kept generation nearest to the requested one; by default the last.
-  #pick(side, { run, generation, n }) {
+  // Return the kept generation nearest to the requested one; by default the last. Where matches are recorded, return the
+  // requested one, as that of a moment may not be one of the slider's.
+  pick(side, { run, generation, n }) {
     const kept = this.sides[run][side].generations;
     const wanted = n ?? (generation === undefined ? kept.length - 1 : nearest_of(kept, generation));
-    return { run, n: Math.max(0, Math.min(wanted, kept.length - 1)), generation: kept[Math.max(0, wanted)] };
+    const exact = this.recording && n === undefined && kept.length ? generation : undefined;
+    return { run, n: Math.max(0, Math.min(wanted, kept.length - 1)), generation: exact ?? kept[Math.max(0, wanted)] };
   }
 
   draw() {
@@ -81,7 +98,7 @@ class Player {
     byId("scrub").value = step;
     byId("clock").textContent = `${step} / ${this.match.length}`;
     if (step !== this.drawn || this.agent !== this.asked || this.match !== this.of) {
-      this.thoughts.show(this.match, step, this.agent);
+      this.thoughts?.show(this.match, step, this.agent);
       Object.assign(this, { drawn: step, asked: this.agent, of: this.match });
     }
   }
@@ -148,11 +165,11 @@ class Player {
 
   // Return what the matrix says of the two teams, as one match may be an exception; nothing where it does not hold them.
   #onAverage() {
-    const { predators, prey, data: { matrix, starts } } = this;
+    const { predators, prey, data: { matrix } } = this;
     if (!matrix || predators.run !== prey.run || this.match.steered >= 0) return "";
     const row = matrix.predators.indexOf(predators.generation ?? 0), column = matrix.prey.indexOf(prey.generation ?? 0);
     const caught = matrix.matrices[predators.run]?.[row]?.[column] ?? null;
-    return caught === null ? "" : ` From all ${starts.length} starts ${caught.toFixed(2)} of the prey are caught.`;
+    return caught === null ? "" : ` From all ${matrix.n_starts} starts ${caught.toFixed(2)} of the prey are caught.`;
   }
 
   #controls() {
@@ -170,6 +187,7 @@ class Player {
     for (const side of ["predators", "prey"]) {
       const runs = byId(`${side}-run`);
       fill(runs, data.runs.map((run, i) => [i, run.name, !run.sides]));
+      runs.hidden ||= this.recording && side === "prey"; // they follow the run of the predators
       runs.addEventListener("change", () => this.show({ [side]: { ...this[side], n: undefined, run: Number(runs.value) } }));
       byId(side).addEventListener("input", (event) => this.show({ [side]: { run: this[side].run, n: Number(event.target.value) } }));
     }

@@ -20,9 +20,9 @@ class Side {
   }
 }
 
-function floatsOf(base64) {
-  return new Float32Array(Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer);
-}
+function floatsOf(base64) { return new Float32Array(bytesOf(base64)); }
+
+function bytesOf(base64) { return Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer; }
 
 // Return an array that also has its values as named fields, like a named tuple in Python.
 function tuple(names, values) {

@@ -11,14 +11,18 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pytest
 
+from esp_trainer import Team
 from esp_trainer import report as report_package
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.cli import main
+from esp_trainer.evaluation.kernel import seed_of
 from esp_trainer.networks import NETWORKS, network_class
 from esp_trainer.report.matches import rules_in_javascript
-from predprey_env import manhattan, observe, offset_to
+from esp_trainer.run.directory import RunDirectory
+from predprey_env import PredPreyEnv, manhattan, observe, offset_to
 from predprey_env.jit import as_float, rule, store, where
 
 if TYPE_CHECKING:
@@ -82,6 +86,29 @@ def data_of() -> Callable[[Path], dict[str, Any]]:
         return json.loads(rest.partition("</script>")[0])  # type: ignore[no-any-return]
 
     return read
+
+
+@pytest.fixture(scope="session")
+def played_by_environment() -> Callable[[Path, int, int, list[list[int]]], list[list[list[int]]]]:
+    """``played_by_environment(run, predators, prey, start)``: everybody's cells in a match between two generations."""
+    return _played_by_environment
+
+
+def _played_by_environment(run: Path, predators: int, prey: int, start: list[list[int]]) -> list[list[list[int]]]:
+    directory = RunDirectory(run)
+    config = directory.read_config()
+    hunters = Team.load(directory.champion_file("predators", predators))
+    hunted = Team.load(directory.champion_file("prey", prey))
+    env = PredPreyEnv(config.env)
+    observations, _ = env.reset(options={"starts": start})
+    for team in (hunters, hunted):
+        team.reset(int(seed_of(np.array(start, np.int32))))
+    cells = [start]
+    while env.agents:
+        observations, *_ = env.step(hunters.act(observations) | hunted.act(observations))
+        n, state = config.env.n_agents, env.state().astype(int)
+        cells.append(np.stack([state[:n], state[n : 2 * n]], axis=1).tolist())
+    return cells
 
 
 @dataclass

@@ -9,14 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from esp_trainer.cli import main
-from esp_trainer.networks import respond
-from esp_trainer.networks.feedforward import FeedForward
-from esp_trainer.report import matches
-from predprey_env.jit import rule
 
 DataOf = Callable[[Path], dict[str, Any]]
 
@@ -189,40 +184,8 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_anything_is_played(
     assert refusal(capsys, run, "--out", place) == f"esp-trainer: {place}: No such file or directory"
 
 
-class Odd(FeedForward):
-    """A kind of network whose rule cannot be translated."""
-
-
-@rule
-def _odd(network: Any, weights: Any, at: int, inputs: Any, n_inputs: int, first: int, memory: Any, context: int) -> Any:
-    return np.sin(weights)
-
-
-@pytest.fixture
-def unplayed(runs: list[Path], report: Callable[..., int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The page of a run that has a network without a translation."""
-    respond.register(Odd, _odd)
-    monkeypatch.setattr(matches, "kinds_in", lambda _: [FeedForward, Odd])
-    assert report(runs[0], "--out", tmp_path / "page.html") == 0
-    return tmp_path / "page.html"
-
-
-def test_a_network_without_a_translation_costs_the_matches_alone(unplayed: Path, data_of: DataOf) -> None:
-    why = "No match can be played here: the rule of Odd has no translation to JavaScript (rules do not hold such"
-    assert why in story(unplayed)
-    assert data_of(unplayed)["runs"][0]["sides"] is None
-    assert data_of(unplayed)["matrix"]
-
-
 @pytest.mark.slow
-def test_only_a_page_that_plays_speaks_of_clicks(
-    page_file: Path, unplayed: Path, open_page: Callable[..., Any]
-) -> None:
+def test_the_page_of_captures_speaks_of_clicks(page_file: Path, open_page: Callable[..., Any]) -> None:
     shown = open_page(page_file).page.locator("body").inner_text()
     assert "A click on a cell plays that match." in shown
     assert "is progress. A click on a point plays that generation against the last of the other side." in shown
-    tab = open_page(unplayed)
-    shown = tab.page.locator("body").inner_text()
-    assert "Who catches whom" in shown
-    assert "click" not in shown.lower()
-    tab.assert_quiet()

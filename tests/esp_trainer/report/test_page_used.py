@@ -16,28 +16,13 @@ from esp_trainer.run.directory import RunDirectory
 from predprey_env import EnvConfig, PredPreyEnv
 
 OpenPage = Callable[..., Any]
+PlayedByEnvironment = Callable[[Path, int, int, list[list[int]]], list[list[list[int]]]]
 
 STATE = """() => {
   const { player } = predprey;
   return { predators: player.predators.generation, prey: player.prey.generation, start: player.start, time: player.time,
     playing: player.playing, length: player.match.length, cells: player.match.cells };
 }"""
-
-
-def episode(run: Path, predators: int, prey: int, start: list[list[int]]) -> list[list[list[int]]]:
-    """Everybody's cells, by the environment and the champions' files."""
-    directory = RunDirectory(run)
-    config = directory.read_config()
-    hunters = Team.load(directory.champion_file("predators", predators))
-    hunted = Team.load(directory.champion_file("prey", prey))
-    env = PredPreyEnv(config.env)
-    observations, _ = env.reset(options={"starts": start})
-    cells = [start]
-    while env.agents:
-        observations, *_ = env.step(hunters.act(observations) | hunted.act(observations))
-        n, state = config.env.n_agents, env.state().astype(int)
-        cells.append(np.stack([state[:n], state[n : 2 * n]], axis=1).tolist())
-    return cells
 
 
 def test_a_page_opens_offline_in_a_moment_and_complains_of_nothing(page_file: Path, open_page: OpenPage) -> None:
@@ -53,7 +38,7 @@ def test_a_page_opens_offline_in_a_moment_and_complains_of_nothing(page_file: Pa
 
 
 def test_the_player_shows_what_the_environment_plays(
-    runs: list[Path], page_file: Path, open_page: OpenPage, data_of: Any
+    runs: list[Path], page_file: Path, open_page: OpenPage, data_of: Any, played_by_environment: PlayedByEnvironment
 ) -> None:
     starts = data_of(page_file)["starts"]
     tab = open_page(page_file)
@@ -65,13 +50,13 @@ def test_the_player_shows_what_the_environment_plays(
         )
         shown = tab(STATE)
         assert (shown["predators"], shown["prey"]) == (predators, prey)
-        assert shown["cells"] == episode(runs[0], predators, prey, starts[start])
+        assert shown["cells"] == played_by_environment(runs[0], predators, prey, starts[start])
     tab.assert_quiet()
 
 
 @pytest.mark.slow
 def test_sliders_choose_generations_and_starts(
-    runs: list[Path], page_file: Path, open_page: OpenPage, data_of: Any
+    runs: list[Path], page_file: Path, open_page: OpenPage, data_of: Any, played_by_environment: PlayedByEnvironment
 ) -> None:
     tab = open_page(page_file)
     assert tab(STATE)["predators"] == tab(STATE)["prey"] == 23
@@ -83,7 +68,7 @@ def test_sliders_choose_generations_and_starts(
     assert (shown["predators"], shown["prey"], shown["start"]) == (20, 0, 7)
     assert tab.page.locator("#predators-generation").inner_text() == "20"
     assert tab.page.locator("#start-name").inner_text() == "8 of 8"
-    assert shown["cells"] == episode(runs[0], 20, 0, data_of(page_file)["starts"][7])
+    assert shown["cells"] == played_by_environment(runs[0], 20, 0, data_of(page_file)["starts"][7])
     tab.assert_quiet()
 
 
@@ -302,7 +287,9 @@ def test_what_is_seen_stands_on_the_time_line_and_a_click_goes_there(page_file: 
 
 
 @pytest.mark.slow
-def test_an_agent_that_is_dragged_starts_another_chase(runs: list[Path], page_file: Path, open_page: OpenPage) -> None:
+def test_an_agent_that_is_dragged_starts_another_chase(
+    runs: list[Path], page_file: Path, open_page: OpenPage, played_by_environment: PlayedByEnvironment
+) -> None:
     tab = open_page(page_file)
     before = tab(STATE)
     size = RunDirectory(runs[0]).read_config().env.size
@@ -321,7 +308,7 @@ def test_an_agent_that_is_dragged_starts_another_chase(runs: list[Path], page_fi
     start = [target if agent == 3 else cell for agent, cell in enumerate(before["cells"][0])]
     assert shown["start"] == start
     assert tab.page.locator("#start-name").inner_text() == "your own"
-    assert shown["cells"] == episode(runs[0], shown["predators"], shown["prey"], start)
+    assert shown["cells"] == played_by_environment(runs[0], shown["predators"], shown["prey"], start)
     tab.assert_quiet()
 
 
