@@ -32,6 +32,7 @@ def write(template: Path, found: Mapping[str, Arrays], behaviours: Sequence[str]
         out: Directory of the page.
     """
     fields: dict[str, object] = defaultdict(lambda: None)
+    fields["best"] = " ".join(_best(_TITLES[task], arrays) for task, arrays in found.items())
     for task, arrays in found.items():
         fields |= {f"{what}_{task}": text for what, text in _of_task(arrays, behaviours).items()}
     (out / template.name).write_text(fill(template, fields))
@@ -49,6 +50,19 @@ def _of_task(arrays: Arrays, behaviours: Sequence[str]) -> dict[str, str]:
         "behaviours": _means(shown) if shown else "",
         "behaviour_differences": _differences(shown) if shown else "",
     }
+
+
+def _best(task: str, arrays: Arrays) -> str:
+    """Return which condition's sides do best against all others, and what the first condition's do."""
+    sides = []
+    for role, done in zip(ROLES, ("are caught", "escape"), strict=True):
+        means = {name: values.mean() for name, values in _by_condition(arrays, against_all(arrays, role)).items()}
+        best, first = max(means, key=lambda name: means[name]), next(iter(means))
+        compared = f" (`{first}`: {means[first]:.2f})" if best != first else ""
+        sides.append(
+            f"the {role} of `{best}` do best against all others: {means[best]:.2f} of the prey {done}{compared}"
+        )
+    return f"With {task} {' and '.join(sides)}."
 
 
 def _by_condition(arrays: Arrays, values: np.ndarray) -> Values:
