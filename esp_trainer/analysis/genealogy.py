@@ -50,6 +50,21 @@ class Ancestry(NamedTuple):
     """Fraction of all genes by the generation of the past champion they came through last, or :data:`NEVER`."""
 
 
+class Leading(NamedTuple):
+    """The founder from which most genes of each of a champion's neurons descend, three arrays ``(T, S)``."""
+
+    founder: np.ndarray
+    """Slot of the founder in generation 0, int; the lowest of several that gave the same number of genes."""
+    share: np.ndarray
+    """Fraction of the neuron's genes that descend from it, float64."""
+    from_past: np.ndarray
+    """Fraction of the neuron's genes, of any founder, that came through a past champion, float64."""
+
+    def takeovers(self) -> np.ndarray:
+        """Return where the founder is another one than in the generation before, bool ``(T - 1, S)``."""
+        return np.asarray(self.founder[1:] != self.founder[:-1])
+
+
 @dataclass(frozen=True)
 class Genealogy:
     """Origins of the genes of one side, by generation."""
@@ -82,6 +97,13 @@ class Genealogy:
             counts.reshape(-1, size) / np.array(self.layout.used)[:, None],
             dict(zip(through.tolist(), (times / times.sum()).tolist(), strict=True)),
         )
+
+    def leading(self) -> Leading:
+        """Return the founder with the most genes in each neuron of each champion."""
+        is_read = _read(self.layout)
+        shares = np.stack([self.ancestry(generation).founders for generation in range(len(self))])
+        through = ((self.champions.past != NEVER) & is_read).sum(axis=2) / is_read.sum(axis=1)
+        return Leading(shares.argmax(axis=2), shares.max(axis=2), through)
 
     def first(self, n: int) -> Genealogy:
         """Return the first ``n`` generations."""

@@ -19,9 +19,11 @@ from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
 from esp_trainer.report import genealogy
+from esp_trainer.report.ancestry import ancestry
 from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
 from esp_trainer.report.source import SPREADS
 from esp_trainer.report.verdict import WINDOW
+from esp_trainer.report.win_matrix import rounded
 from esp_trainer.types import ROLES, Role
 
 Figure: TypeAlias = dict[str, Any]
@@ -37,8 +39,14 @@ _COLOURS: dict[Role, str] = {"predators": "@attacker", "prey": "@prey"}  # as in
 
 def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     """Return all charts that have data."""
-    drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _founders, _past, _weights, _timings]
-    shown = [figure for chart in drawn if (figure := chart(runs))["data"]]
+    drawn = [_success, _master, _others, _behaviours, _signal, _diversity, _founders, _past]
+    found = [
+        *(chart(runs) for chart in drawn),
+        *(ancestry(runs, role) for role in ROLES),
+        _weights(runs),
+        _timings(runs),
+    ]
+    shown = [figure for figure in found if figure["data"]]
     n = len(runs[0].source)
     for figure in shown:  # all show the same generations, so that one can be compared with another
         figure["layout"]["xaxis"]["range"] = [0, max(1, n - 1)]
@@ -47,47 +55,18 @@ def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     return shown
 
 
-def matrix(runs: Sequence[MeasuredRuns]) -> Figure | None:
-    """Return the payoff (fraction of prey caught) of each pairing, for each run; None without any cross-play.
-
-    The page draws it as the CIAO plot of both sides (Cliff & Miller 1995).
-    """
-    played = [run.own for run in runs if run.own]
-    if not played:
-        return None
-    top, bottom = float(max(own.payoff.max() for own in played)), float(min(own.payoff.min() for own in played))
-    captures = runs[0].captures
-    return {
-        "matrices": [_rounded(run.own.payoff) if run.own else None for run in runs],
-        "predators": played[0].predators.tolist(),
-        "prey": played[0].prey.tolist(),
-        "n_starts": played[0].n_episodes,
-        "top": max(0.5, top) if captures else top,
-        "bottom": 0.0 if captures else bottom,
-        "name": "prey caught" if captures else "payoff to the predators",
-        "words": "of the prey caught" if captures else "to the predators",
-    }
-
-
-def _rounded(values: np.ndarray) -> list[Any]:
-    """Return the values as nested lists of 4 decimals, with None for nan, which JSON lacks."""
-    numbers = np.round(values.astype(float), 4).astype(object)
-    numbers[np.isnan(values)] = None
-    return numbers.tolist()
-
-
 def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:
     """Return traces of the mean over runs, ``(n_runs, n)``, preceded by its 95% interval for three runs or more."""
     mean, low, high = interval_of_curves(curves)
     line = {"color": colour, "dash": _DASHES[number % len(_DASHES)], "width": 2}
     mode = "lines" if len(x) > 1 else "lines+markers"
-    curve = {"x": x.tolist(), "y": _rounded(mean), "name": name, "mode": mode, "line": line, "legendgroup": name}
+    curve = {"x": x.tolist(), "y": rounded(mean), "name": name, "mode": mode, "line": line, "legendgroup": name}
     curve |= {"hovertemplate": f"%{{y:.3f}}<extra>{name}</extra>"} | more
     if len(curves) < MIN_SEEDS:
         return [curve]
     band = {
         "x": [*x.tolist(), *x[::-1].tolist()],
-        "y": _rounded(np.concatenate([high, low[::-1]])),
+        "y": rounded(np.concatenate([high, low[::-1]])),
         "fill": "toself",
         "fillcolor": colour,
         "opacity": 0.2,

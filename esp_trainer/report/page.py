@@ -21,12 +21,14 @@ from esp_trainer.files import write_text
 from esp_trainer.game import game_of
 from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import PRESETS, preset
-from esp_trainer.report import charts, matches, moments
+from esp_trainer.report import matches, moments
+from esp_trainer.report.charts import charts
 from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure
 from esp_trainer.report.recorded import recorded
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import Line, story
 from esp_trainer.report.verdict import verdict
+from esp_trainer.report.win_matrix import matrix
 from esp_trainer.seeding import stream
 from predprey_env.settings import counted, flat
 
@@ -74,8 +76,8 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     shown = [*phases, *moments.of_behaviours(runs, without=[phase["behaviour"] for phase in phases])]
     data = {
         "world": matches.world(sources[0].config.env) if captures else None,
-        "matrix": charts.matrix(runs),
-        "charts": charts.charts(runs),
+        "matrix": matrix(runs),
+        "charts": charts(runs),
         **(recorded(runs, shown, _starts(runs)) if unplayable else _computed(runs, shown)),
     }
     return Template(_asset("page.html")).substitute(

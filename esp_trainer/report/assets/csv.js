@@ -6,9 +6,11 @@ const asCsv = (rows) => `${rows.map((row) => row.map(cellOfCsv).join(",")).join(
 // Return the columns of a chart, { name: Map of generation to value }. A band gives its upper and lower edge.
 function columnsOf(traces) {
   const columns = {};
-  for (const { x, y, name, legendgroup, fill: filled } of traces) {
+  for (const { type, x, y, name, legendgroup, customdata, fill: filled } of traces) {
     const label = name ?? legendgroup, half = x.length / 2;
-    if (filled === "toself") {
+    if (type === "heatmap") { // the founder of each neuron
+      y.forEach((row, i) => { columns[`neuron ${row}`] = new Map(x.map((at, j) => [at, customdata[i][j][0]])); });
+    } else if (filled === "toself") {
       columns[`${label}, high`] = new Map(range(half).map((i) => [x[i], y[i]]));
       columns[`${label}, low`] = new Map(range(half).map((i) => [x[half + i], y[half + i]]));
     } else {

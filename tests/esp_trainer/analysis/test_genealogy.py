@@ -72,6 +72,11 @@ def test_curves_and_ancestry_are_those_worked_out_by_hand() -> None:
     assert ancestry.founders.tolist() == [pytest.approx([0, 2 / 3, 1 / 3, 0])]
     assert ancestry.past == pytest.approx({0: 1 / 3, 1: 2 / 3})
     assert genealogy.ancestry(2).past == pytest.approx({NEVER: 1 / 3, 0: 2 / 3})
+    leading = genealogy.leading()  # the champions are 222, 011, 220, 211 and 211
+    assert leading.founder.tolist() == [[2], [1], [2], [1], [1]]
+    assert leading.share.tolist() == [[1], *[[pytest.approx(2 / 3)]] * 4]
+    assert leading.from_past.tolist() == [[0], [0], [pytest.approx(2 / 3)], [1], [1]]
+    assert leading.takeovers().tolist() == [[True], [True], [True], [False]]
     first = genealogy.first(3)
     assert len(first) == 3
     assert first.champions.founder.shape == (3, 1, 3)

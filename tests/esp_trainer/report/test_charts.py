@@ -12,9 +12,10 @@ import pytest
 from esp_trainer.analysis.genealogy import Genealogy, Origins
 from esp_trainer.analysis.history import CURVES, History
 from esp_trainer.config import RunConfig
-from esp_trainer.report.charts import charts, matrix
+from esp_trainer.report.charts import charts
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.report.source import RunSource
+from esp_trainer.report.win_matrix import matrix
 from esp_trainer.run.genealogy import Layout
 
 N = 30

@@ -12,12 +12,13 @@ from esp_trainer.analysis.cross_play import PayoffPlay
 from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import historical_progress
 from esp_trainer.presets import preset
-from esp_trainer.report.charts import charts, matrix
+from esp_trainer.report.charts import charts
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.report.page import page
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import story
 from esp_trainer.report.verdict import notable, verdict
+from esp_trainer.report.win_matrix import matrix
 
 CURVES = {"payoff": np.linspace(-3, 9, 30), "steps": np.full(30, 25.0)}
 SOURCE = RunSource("run", Path("run"), preset("game"), 30, None, CURVES, {}, {}, ())
