@@ -281,7 +281,7 @@ def test_ppo_plays_against_itself(tmp_path: Path) -> None:
 def test_a_policy_of_ppo_and_the_team_that_it_is_saved_as_draw_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     """The chances of the network in PyTorch, against how often the team takes each action."""
     monkeypatch.syspath_prepend(SCRIPTS)
-    from train_ppo import Policy
+    from ppo.networks import Policy
 
     torch.manual_seed(0)
     policy = Policy(4, 3, 5, 16)
