@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 from study import fill, table
 
 from esp_trainer.analysis.games import exploitability_of_generations, solve_matrix
-from esp_trainer.analysis.inference import Comparison, compare, holm, over_seeds
-from esp_trainer.analysis.progress import Progress, dominant_generations, historical_progress
+from esp_trainer.analysis.progress import dominant_generations, historical_progress
 from esp_trainer.analysis.ratings import rate
 from esp_trainer.types import ROLES
+from reproduction.cells import All, interval, mean, p_value, rows_of, strengths
 from reproduction.claims import Verdict
+from reproduction.rankings import levels, progress_and_level, ranked
 from reproduction.results import Results
 from reproduction.settings import PARITY
 
-All = Mapping[str, Results]
 PLACE = Path(__file__).parent
 TASKS = {"paper-3v1": "one prey", "paper-3v2": "two prey"}
 PAPER = ("monolithic-3v1", "monolithic-3v1-wide", "paper-3v1", "monolithic-3v2", "paper-3v2")
@@ -51,36 +51,16 @@ def write(results: All, verdicts: Sequence[Verdict], made_by: str, out: Path) ->
         "exploitable": _exploitable(results),
         "watched": max((found["watched"].shape[1] for found in results.values() if "watched" in found), default=None),
         "behaviours": _behaviours(results),
-        "ablations": _settings(results, ("paper", "ablation")),
+        "ablations": progress_and_level(results, ("paper", "ablation")),
         "generations": short,
-        "sensitivity": _settings(results, ("sensitivity",), short),
-        "sensitivity_ranked": _ranked(results, ("sensitivity", "ablation"), short),
-        "strongest": _settings(results, ("combination", "modern")),
-        "combined": _ranked(results, ("combination",)),
-        "confirmed": _ranked(results, ("modern",)),
-        "levels": _levels(results),
+        "sensitivity": progress_and_level(results, ("sensitivity",), short),
+        "sensitivity_ranked": ranked(results, ("sensitivity", "ablation"), short),
+        "strongest": progress_and_level(results, ("combination", "modern")),
+        "combined": ranked(results, ("combination",)),
+        "confirmed": ranked(results, ("modern",)),
+        "levels": levels(results),
     }
     (out / "reproduction" / "supplement.md").write_text(fill(PLACE / "supplement.md", common | tables))
-
-
-def mean(values: Iterable[float] | np.ndarray, digits: int = 2) -> str:
-    """Return a mean over seeds with its interval."""
-    known = over_seeds(np.asarray(values, float))
-    return f"{known.mean:.{digits}f} [{known.low:.{digits}f}, {known.high:.{digits}f}]"
-
-
-def p_value(p: float) -> str:
-    """Return two figures, or a bound."""
-    return f"{p:.2g}" if p >= 0.001 else "< 0.001"
-
-
-def _rows(results: All, names: Iterable[str], row: Callable[[Results], list[str]]) -> list[list[str]]:
-    return [[f"`{name}`", *row(results[name])] for name in names if name in results]
-
-
-def _strengths(both: Sequence[tuple[Progress, Progress]], digits: int = 3) -> list[str]:
-    """Return the mean progress of the predators, and of the prey."""
-    return [mean([sides[i].strength for sides in both], digits) for i in range(len(ROLES))]
 
 
 def _abstract(results: All) -> dict[str, object]:
@@ -91,7 +71,7 @@ def _abstract(results: All) -> dict[str, object]:
         return between.join(f"{number(each)} with {TASKS[name]}" for name, each in found.items())
 
     def late(each: Results) -> str:
-        return " and ".join(_strengths(each.global_progress(since=each.halfway)))
+        return " and ".join(strengths(each.global_progress(since=each.halfway)))
 
     def most_of_gain(each: Results) -> int:
         """Return the generation by which the predators' mean curve has made nine tenths of its gain."""
@@ -117,15 +97,11 @@ def _claims(verdicts: Iterable[Verdict]) -> str:
     rows = []
     for verdict in verdicts:
         claim, found = verdict.claim, verdict.found
-        value, p = _interval(found), p_value(verdict.p)
+        value, p = interval(found), p_value(verdict.p)
         figure = f"[{claim.figure}]({claim.figure}.png)"
         words = [claim.section, claim.says, claim.measured]
         rows.append([*words, value, f"{found.effect:+.2f}", p, f"**{verdict.word}**", figure])
     return table(heads, rows)
-
-
-def _interval(found: Comparison) -> str:
-    return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
 
 
 def _alternations(results: All) -> str:
@@ -144,12 +120,12 @@ def _progress(results: All) -> str:
     def row(found: Results) -> list[str]:
         second = found.global_progress(since=found.halfway)
         return [
-            cell for both in (found.historical_progress(), found.global_progress(), second) for cell in _strengths(both)
+            cell for both in (found.historical_progress(), found.global_progress(), second) for cell in strengths(both)
         ]
 
     kinds = ("historical", "global", "global, second half")
     heads = ["setting", *(f"{kind}, {role}" for kind in kinds for role in ROLES)]
-    return table(heads, _rows(results, PAPER, row))
+    return table(heads, rows_of(results, PAPER, row))
 
 
 def _parity(results: All) -> str:
@@ -161,7 +137,7 @@ def _parity(results: All) -> str:
         return [*(mean(late[:, even]) for even in range(late.shape[1])), _overcome(found)]
 
     heads = ["setting", "0 even", "1 even", "2 even", "3 even", "parity overcome"]
-    return table(heads, _rows(results, PARITY, row))
+    return table(heads, rows_of(results, PARITY, row))
 
 
 def _overcome(found: Results) -> str:
@@ -183,7 +159,7 @@ def _beneath(results: All) -> str:
             for even in range(found["own.captured"].shape[-1]):
                 shares = found["own.captured"][..., even] / np.maximum(found["met"][:, even], 1)[:, None, None]
                 both = [historical_progress(caught[late][:, late]) for caught in shares]
-                rows.append([f"`{name}`", str(even), *_strengths(both)])
+                rows.append([f"`{name}`", str(even), *strengths(both)])
     return table(["setting", "predators at an even distance", "predators' progress", "prey's progress"], rows)
 
 
@@ -194,13 +170,10 @@ def _cycles(results: All) -> str:
         count = [each.count for each in found.alternations]
         return [mean(count, 1), f"{sum(found.cycling())} of {found.n_seeds}", mean(found.cyclic_share())]
 
-    names = [
-        f"{name}-3v1"
-        for name in ("paper", "odd-torus", "prey-first", "no-idling", "scaled", "modern", "linear", "drawn")
-    ]
+    names = [f"{name}-3v1" for name in CYCLES]
     names += [f"{name}-3v2" for name in ("paper", "prey-first", "linear", "drawn")]
     heads = ["setting", "alternations a run", "seeds with cycles", "depends on the opponent"]
-    return table(heads, _rows(results, names, row))
+    return table(heads, rows_of(results, names, row))
 
 
 def _games(results: All) -> str:
@@ -223,7 +196,7 @@ def _games(results: All) -> str:
 
     heads = ["setting", "value", "in the mixtures, predators and prey", "late predators lose", "late prey lose"]
     heads += ["dominant generations", "rating gained, predators", "rating gained, prey"]
-    return table(heads, _rows(results, PAPER, row))
+    return table(heads, rows_of(results, PAPER, row))
 
 
 def _exploitable(results: All) -> str | None:
@@ -236,7 +209,7 @@ def _exploitable(results: All) -> str | None:
 
     heads = ["setting", "last generation, both sides", "fresh predators against its prey"]
     heads += ["its predators against fresh prey"]
-    return table(heads, _rows(results, names, row)) if names else None
+    return table(heads, rows_of(results, names, row)) if names else None
 
 
 def _behaviours(results: All) -> str | None:
@@ -258,62 +231,3 @@ def _behaviours(results: All) -> str | None:
         rows.append(cells)
     heads = [head for arm in arms for head in (f"`{arm}`, mean", "peak: median seed, best seed")]
     return table(["behaviour", *heads], rows)
-
-
-def _settings(results: All, parts: tuple[str, ...], until: int | None = None) -> str | None:
-    """Return progress and level of some settings against held-out opponents."""
-
-    def row(found: Results) -> list[str]:
-        cells = [found.setting.meaning, str(found.n_seeds), mean(found.late("caught"))]
-        if "panel.predators" not in found or "panel.prey" not in found:
-            return [*cells, *"------"]
-        levels = found.late_share("panel.predators", until), 1 - found.late_share("panel.prey", until)
-        cells += [*_strengths(found.global_progress(until=until), 2), mean(found.two_sided(until=until))]
-        return [*cells, *map(mean, levels), mean(found.cyclic_share())]
-
-    names = [name for name, found in results.items() if found.setting.part in parts]
-    heads = ["setting", "what it is", "seeds", "caught", "predators' progress", "prey's progress", "lesser of both"]
-    heads += ["predators' level", "prey's level", "depends on the opponent"]
-    return table(heads, _rows(results, names, row)) if names else None
-
-
-def _ranked(results: All, parts: tuple[str, ...], until: int | None = None) -> str | None:
-    """Return the lesser side's progress of each setting against the paper's in the same world, best first."""
-    shown = [found for part in parts for found in results.values() if found.setting.part == part]
-    pairs = [(found, base) for found in shown if (base := _base(found, results)) is not None]
-    if not pairs:
-        return None
-    tests = [compare(found.two_sided(until=until), base.two_sided(until=until)) for found, base in pairs]
-    rows = _differences([f"`{found.setting.name}`" for found, _ in pairs], tests)
-    order = sorted(range(len(tests)), key=lambda i: (tests[i].difference, rows[i]), reverse=True)
-    return table(_DIFFERENCES, [rows[i] for i in order])
-
-
-def _levels(results: All) -> str | None:
-    """Return how late champions of both sides stand against held-out opponents, beside the paper's setting."""
-    names, tests = [], []
-    for found in results.values():
-        base = _base(found, results)
-        if found.setting.part == "modern" and base is not None:
-            for role, sign in zip(ROLES, (1, -1), strict=True):
-                late = (sign * each.late_share(f"panel.{role}") for each in (found, base))
-                tests.append(compare(*late))
-                names.append(f"`{found.setting.name}`, level of the {role}")
-    return table(_DIFFERENCES, _differences(names, tests)) if tests else None
-
-
-_DIFFERENCES = ["setting", "difference [95% interval]", "effect", "p (Holm)"]
-
-
-def _differences(names: Sequence[str], tests: Sequence[Comparison]) -> list[list[str]]:
-    corrected = holm([test.p for test in tests])
-    return [
-        [name, _interval(test), f"{test.effect:+.2f}", p_value(float(p))]
-        for name, test, p in zip(names, tests, corrected, strict=True)
-    ]
-
-
-def _base(found: Results, results: All) -> Results | None:
-    """Return the paper's setting of the same world, if the two can be compared."""
-    base = results.get(f"paper-3v{found.setting.config.env.n_prey}")
-    return base if base is not None and found.setting.world == base.setting.world and "panel.prey" in found else None
