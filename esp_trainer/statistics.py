@@ -11,7 +11,8 @@ import numpy as np
 
 from esp_trainer.types import TrialResult
 
-_Z_95 = 1.959963984540054
+Z_95 = 1.959963984540054
+"""Half the width of a 95% interval, in standard errors of a normal estimate."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ def wilson_of(share: float, n: int) -> Rate:
 
     The fraction need not be a whole number of successes: the fraction of prey caught in ``n`` episodes, for example.
     """
-    centre = (share + _Z_95**2 / (2 * n)) / (1 + _Z_95**2 / n)
-    half = _Z_95 / (1 + _Z_95**2 / n) * sqrt(share * (1 - share) / n + (_Z_95 / (2 * n)) ** 2)
+    centre = (share + Z_95**2 / (2 * n)) / (1 + Z_95**2 / n)
+    half = Z_95 / (1 + Z_95**2 / n) * sqrt(share * (1 - share) / n + (Z_95 / (2 * n)) ** 2)
     return Rate(share, min(share, max(0.0, centre - half)), max(share, min(1.0, centre + half)))
 
 
@@ -100,7 +101,7 @@ class Payoffs:
 def mean_of(values: np.ndarray) -> Rate:
     """Return a mean with its 95% interval, 1.96 standard errors each way; of one value the interval is the value."""
     mean, n = float(values.mean()), values.size
-    half = _Z_95 * float(values.std(ddof=1)) / sqrt(n) if n > 1 else 0.0
+    half = Z_95 * float(values.std(ddof=1)) / sqrt(n) if n > 1 else 0.0
     return Rate(mean, mean - half, mean + half)
 
 

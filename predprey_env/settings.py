@@ -80,6 +80,20 @@ def whole_number(name: str, value: Any, least: int) -> int:
     return number
 
 
+def whole_numbers(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array of integers, of the integer type that the values have.
+
+    Raises :class:`ValueError` for values of another shape, and for anything but integers.
+    """
+    try:
+        numbers = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name} must be integers of shape {shape}, got rows of unequal length") from None
+    if numbers.shape != shape or not np.issubdtype(numbers.dtype, np.integer):
+        raise ValueError(f"{name} must be integers of shape {shape}, got {numbers.dtype} of shape {numbers.shape}")
+    return numbers
+
+
 def one_line(error: ValidationError, settings: type[BaseModel]) -> str:
     """Return the first error of a validation, in one line."""
     fault = error.errors(include_url=False)[0]

@@ -14,10 +14,11 @@ from math import cos, floor, inf, pi, sin, sqrt, tan
 
 import numpy as np
 
+from esp_trainer.statistics import Z_95
+
 MIN_SEEDS = 3
 """Minimum number of seeds for an interval. With two seeds, Student's 95% interval is 12.7 standard errors each way."""
 
-_Z_95 = 1.959963984540054
 _MAX_FLIPS = 2**14  # all sign patterns of up to 14 seeds, so p is exact; with more seeds, a random sample of patterns
 
 
@@ -138,7 +139,7 @@ def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) ->
     a, b = _as_sample("a", a), _as_sample("b", b)
     differences = np.sort((a[:, None] - b).ravel())
     n_pairs = len(differences)
-    outside = floor(n_pairs / 2 - _Z_95 * sqrt(n_pairs * (len(a) + len(b) + 1) / 12))
+    outside = floor(n_pairs / 2 - Z_95 * sqrt(n_pairs * (len(a) + len(b) + 1) / 12))
     low, high = (differences[outside - 1], differences[-outside]) if outside > 0 else (-inf, inf)
     tied = len(np.unique(np.concatenate([a, b]))) < len(a) + len(b)
     test = mannwhitneyu(a, b, method="asymptotic" if tied else "exact")

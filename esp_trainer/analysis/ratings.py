@@ -9,9 +9,9 @@ import choix
 import numpy as np
 
 from esp_trainer.analysis.games import Sides, as_results, as_shares
+from esp_trainer.statistics import Z_95
 
 _POINTS_PER_NAT = 400 / log(10)
-_Z_95 = 1.959963984540054
 _MAX_ITERATIONS = 10_000  # a perfect ranking of 45 generations takes some hundreds, most matrices about ten
 
 
@@ -52,7 +52,7 @@ def rate(
     fitted = _fit(caught, episodes)
     shares = _with_a_draw(caught, episodes)
     resampled = [_fit(generator.binomial(episodes, shares) / episodes, episodes, fitted) for _ in range(n_resamples)]
-    half = _Z_95 * np.std(resampled, axis=0, ddof=1)
+    half = Z_95 * np.std(resampled, axis=0, ddof=1)
     points = [_POINTS_PER_NAT * strengths for strengths in (fitted, fitted - half, fitted + half)]
     n_predators = len(caught)
     return Sides(Ratings(*(p[:n_predators] for p in points)), Ratings(*(p[n_predators:] for p in points)))
@@ -74,7 +74,7 @@ def rate_payoffs(payoff: np.ndarray, variance: np.ndarray) -> Sides[Ratings]:
     found = []
     for axis, sign in ((1, 1), (0, -1)):
         rating = sign * (payoff.mean(axis=axis) - middle)
-        half = _Z_95 * np.sqrt(np.sum(variance, axis=axis)) / payoff.shape[axis]
+        half = Z_95 * np.sqrt(np.sum(variance, axis=axis)) / payoff.shape[axis]
         found.append(Ratings(rating, rating - half, rating + half))
     return Sides(*found)
 

@@ -22,7 +22,7 @@ from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.results import count, judge, make_counts, make_results
 from predprey_env.envs.spaces import action_space, observation_space, state_space
 from predprey_env.envs.worlds import look, move_team, move_told
-from predprey_env.settings import spell_out
+from predprey_env.settings import spell_out, whole_numbers
 from predprey_env.tasks import world
 
 ByAgent: TypeAlias = dict[str, np.ndarray]
@@ -187,11 +187,7 @@ class ParallelVectorEnv(ManyWorlds):
         for i, agent in enumerate(names):
             if agent not in actions:
                 raise ValueError(f"actions for {agent} are missing")
-            row = np.asarray(actions[agent])
-            if row.shape != (self.n_worlds,) or row.dtype.kind not in "iu":
-                expected = f"integers of shape ({self.n_worlds},)"
-                raise ValueError(f"actions for {agent} must be {expected}, got {row.dtype} of shape {row.shape}")
-            chosen[:, i] = row
+            chosen[:, i] = whole_numbers(f"actions for {agent}", actions[agent], (self.n_worlds,))
         if chosen.min() < 0 or chosen.max() >= n_actions:
             agent, row = next(
                 (a, r) for a, r in zip(names, chosen.T, strict=True) if not 0 <= r.min() <= r.max() < n_actions

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from predprey_env.settings import counted, plain
+from predprey_env.settings import counted, plain, whole_numbers
 
 _MODES = {mode.value.lower(): mode for mode in AutoresetMode}
 
@@ -38,13 +38,7 @@ def read_n_worlds(n_worlds: int | None, num_envs: int | None) -> int:
 
 def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> np.ndarray:
     """Return an action for each row as int32 ``(n_worlds, n_agents)``."""
-    shape = (n_worlds * n_agents,)
-    try:
-        chosen = np.asarray(actions)
-    except ValueError:
-        raise ValueError(f"actions must be integers of shape {shape}, got rows of unequal length") from None
-    if chosen.shape != shape or not np.issubdtype(chosen.dtype, np.integer):
-        raise ValueError(f"actions must be integers of shape {shape}, got {chosen.dtype} of shape {chosen.shape}")
+    chosen = whole_numbers("actions", actions, (n_worlds * n_agents,))
     if chosen.min() < 0 or chosen.max() >= n_actions:
         raise ValueError(f"actions must be in 0..{n_actions - 1}, got {chosen.min()} to {chosen.max()}")
     return np.ascontiguousarray(chosen, np.int32).reshape(n_worlds, n_agents)

@@ -14,7 +14,7 @@ from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.policies.pool import Opponents
-from predprey_env.settings import spell_out
+from predprey_env.settings import spell_out, whole_numbers
 
 Info: TypeAlias = dict[str, Any]
 
@@ -100,10 +100,7 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
         """Play one time step with an action for each agent, int ``(n_agents,)``."""
         if not self._view.agents:
             raise RuntimeError("reset() must be called before step()")
-        chosen = np.asarray(action)
-        if chosen.shape != self.action_space.shape or chosen.dtype.kind not in "iu":
-            expected = f"integers of shape {self.action_space.shape}"
-            raise ValueError(f"actions must be {expected}, got {chosen.dtype} of shape {chosen.shape}")
+        chosen = whole_numbers("actions", action, (len(self._view.possible_agents),))
         told = self._view.step(dict(zip(self._view.possible_agents, chosen.tolist(), strict=True)))
         observations, rewards, terminations, truncations, infos = told
         reward = float(np.mean(list(rewards.values())))

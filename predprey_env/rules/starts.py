@@ -10,6 +10,7 @@ import numpy as np
 from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.values import Array
+from predprey_env.settings import whole_numbers
 
 
 def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
@@ -66,13 +67,7 @@ def given_starts(starts: Any, config: EnvConfig, *n_starts: int) -> np.ndarray:
 
     Raises :class:`ValueError` if they have another shape, are not integers, or lie outside the world.
     """
-    expected = (*n_starts, config.n_agents, 2)
-    try:
-        cells = np.asarray(starts)
-    except ValueError:
-        raise ValueError(f"starts must be integers of shape {expected}, got rows of unequal length") from None
-    if cells.shape != expected or not np.issubdtype(cells.dtype, np.integer):
-        raise ValueError(f"starts must be integers of shape {expected}, got {cells.dtype} of shape {cells.shape}")
+    cells = whole_numbers("starts", starts, (*n_starts, config.n_agents, 2))
     if cells.min() < 0 or cells.max() >= config.size:
         raise ValueError(f"starts must lie in [0, {config.size}), got {cells.min()} to {cells.max()}")
     return cells.astype(np.int32)

@@ -71,6 +71,8 @@ def test_actions_for_others_are_refused(actions: Any) -> None:
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"^actions must be integers of shape \(3,\), got (int|float)64 of shape"):
         env.step(actions)
+    with pytest.raises(ValueError, match=r"^actions must be integers of shape \(3,\), got rows of unequal length$"):
+        env.step([0, [1, 2], 3])  # type: ignore[arg-type]
 
 
 def test_prey_that_leave_are_refused() -> None:
