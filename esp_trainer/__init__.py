@@ -20,12 +20,13 @@ Teams that ship with the package are policies for any environment of :mod:`predp
 from __future__ import annotations
 
 import importlib
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.presets import PRESETS, preset
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams import load_team, load_zoo
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "PRESETS",
-    "TASKS",
+    "WORLDS",
     "Arena",
     "BatchedPolicy",
     "Coevolution",
@@ -90,6 +91,10 @@ _LATER = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "TASKS":
+        words = "esp_trainer.TASKS is now esp_trainer.WORLDS, and goes in 0.4.0"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        return WORLDS
     if name not in _LATER:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_LATER[name]}"), name)

@@ -6,7 +6,7 @@ import difflib
 
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from esp_trainer.game import GameConfig
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from predprey_env.config import EnvConfig
 
 _ONE_PREY = EnvConfig(n_prey=1)
@@ -14,7 +14,7 @@ _ONE_PREY = EnvConfig(n_prey=1)
 
 def _own_reward(task: str) -> EnvConfig:
     """Return the world of a task in which each predator is paid for its own distance."""
-    return TASKS[task].replace(credit="individual")
+    return WORLDS[task].replace(credit="individual")
 
 
 _MONOLITHIC = SideConfig(controller="monolithic")
@@ -58,7 +58,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         "the same on 30 x 30 cells: three minutes",
         _RACE.replace(generations=500, env=_own_reward("meadow")),
     ),
-    "race-pond": ("one prey on 20 x 20 cells: one minute", _RACE.replace(generations=500, env=TASKS["pond"])),
+    "race-pond": ("one prey on 20 x 20 cells: one minute", _RACE.replace(generations=500, env=WORLDS["pond"])),
     "paper-3v2": ("three predators and two prey, split networks on both sides (section VI.C)", RunConfig()),
     "paper-3v1": (
         "three predators and one prey with a network for each predator (section VI.B)",
@@ -153,9 +153,9 @@ def preset(name: str) -> RunConfig:
 
     :class:`ValueError` for an unknown name suggests the nearest one.
     """
-    name = _FORMER.get(name, f"race-{name}" if name in TASKS else name)
+    name = _FORMER.get(name, f"race-{name}" if name in WORLDS else name)
     if name not in PRESETS:
-        known = [*PRESETS, *TASKS]
+        known = [*PRESETS, *WORLDS]
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
         raise ValueError(f"unknown preset {name}; {hint}")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from predprey_env import tasks
 from predprey_env.config import EnvConfig
-from predprey_env.tasks import TASKS as NAMED
 
-TASKS: dict[str, EnvConfig] = {name: task.world.replace(reward="terminal") for name, task in NAMED.items()}
+WORLDS: dict[str, EnvConfig] = {name: task.world.replace(reward="terminal") for name, task in tasks.TASKS.items()}
 """Name -> world of a task of :data:`predprey_env.TASKS`. Rewards are terminal: teams are compared by their fitness."""

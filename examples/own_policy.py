@@ -16,7 +16,7 @@ So this simple chase is no match for evolved prey. The same table by a command, 
 import random
 import sys
 
-from esp_trainer import TASKS, Arena, Gauntlet, load_team, load_zoo
+from esp_trainer import WORLDS, Arena, Gauntlet, load_team, load_zoo
 from esp_trainer.benchmark.gauntlet import PARTS
 
 PREY = "modern-3v1/prey/seed-500-late"
@@ -46,7 +46,7 @@ class Weavers:
 
 if __name__ == "__main__":
     n_episodes = 1 if "--quick" in sys.argv else 64
-    policy, config = Weavers(), TASKS["3v1"]
+    policy, config = Weavers(), WORLDS["3v1"]
 
     found = Arena(config, n_episodes, seed=0).meet(policy, "predators", load_team(PREY))
     print(f"against {PREY}: {found.captured.mean():.2f} of the prey caught, {found.steps.mean():.0f} steps an episode")

@@ -8,7 +8,7 @@ Run: `python examples/play_zoo_team.py`. It takes 2 CPU-seconds, and 50 more the
 
 import argparse
 
-from esp_trainer import TASKS, load_team, match
+from esp_trainer import WORLDS, load_team, match
 from predprey_env import parallel_env
 
 PREDATORS = "drawn-3v1/predators/seed-502-middle"  # `esp-trainer teams` lists them all, with ratings
@@ -33,5 +33,5 @@ steps, fitness = infos["prey_0"]["steps"], rewards["predator_0"]
 print(f"one episode: the prey is {end} after {steps:.0f} steps; the predators' fitness is {fitness}")
 
 # Many episodes, from starts in which odd and even distances have their true proportions.
-found = match(predators, prey, TASKS["3v1"], n_episodes, seed=0)
+found = match(predators, prey, WORLDS["3v1"], n_episodes, seed=0)
 print(f"{n_episodes} episodes: {found.caught} of the prey caught, {found.steps:.0f} steps an episode")

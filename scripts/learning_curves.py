@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from study import fill, in_processes, table
 
-from esp_trainer import TASKS, Arena, FusedEvaluator, History, preset
+from esp_trainer import WORLDS, Arena, FusedEvaluator, History, preset
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import summary
 from predprey_env.tasks import DEFAULT_OPPONENTS
@@ -59,7 +59,7 @@ def learn(file: Path, settings: dict[str, Any]) -> None:
     from esp_trainer import TorchPolicy
 
     args = Args(**settings)
-    world = TASKS[args.task].replace(**args.sight)
+    world = WORLDS[args.task].replace(**args.sight)
     arena, points = Arena(world, EPISODES, seed=1), []
     train(replace(args, n_worlds=2, steps=1))  # compiles, which is not counted
     began = process_time()

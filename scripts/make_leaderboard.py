@@ -21,7 +21,7 @@ from tqdm import tqdm
 
 from esp_trainer.benchmark.leaderboard import read, write
 from esp_trainer.cli import main as esp_trainer
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams
 from esp_trainer.types import ROLES
 from predprey_env.policies import SCRIPTS
@@ -62,7 +62,7 @@ def main() -> None:
 def candidates() -> Iterator[tuple[str, str, str, str]]:
     """Yield SPEC, name, role and task of every row."""
     with_zoo = {team.task for team in known_teams().values()}
-    for task in (task for task in TASKS if task in with_zoo):
+    for task in (task for task in WORLDS if task in with_zoo):
         for role in ROLES:
             for script in SCRIPTS[role]:
                 yield script, script, role, task

@@ -37,7 +37,7 @@ from esp_trainer.files import SCHEMA, digest_of, to_json, write, write_arrays
 from esp_trainer.presets import PRESETS
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import FIRST, PLACE
 from esp_trainer.teams.zoo import HELD_OUT as HELD_OUT_PREFIX
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
@@ -116,7 +116,9 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
     parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/zoo, or runs/zoo-quick")
     parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
-    parser.add_argument("--tasks", nargs="+", choices=TASKS, default=list(TASKS), help="only the teams of these tasks")
+    parser.add_argument(
+        "--tasks", nargs="+", choices=WORLDS, default=list(WORLDS), help="only the teams of these tasks"
+    )
     options = parser.parse_args()
     kept = options.runs or Path("runs/zoo-quick" if options.quick else "runs/zoo")
     runs = evolve(options.tasks, kept, options.quick, options.workers)
@@ -217,10 +219,10 @@ def _scores(role: Role, mine: TeamBatch, theirs: TeamBatch, evaluator: FusedEval
 def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[dict[str, Any]]:
     """Play all against all from fresh starts, write teams and matrix, and return the entries of the index."""
     names, captured = meet_all(task, chosen, n_episodes)
-    header = {**names, "n_episodes": n_episodes, "n_prey": TASKS[task].n_prey}
+    header = {**names, "n_episodes": n_episodes, "n_prey": WORLDS[task].n_prey}
     path = _made(matrix_file(place, task))
     write_arrays(path, "zoo cross-play", header, {"captured": captured})
-    caught = captured / (n_episodes * TASKS[task].n_prey)
+    caught = captured / (n_episodes * WORLDS[task].n_prey)
     ratings = dict(zip(ROLES, rate(caught, n_episodes, stream(0, "zoo ratings")), strict=True))
     entries = []
     for each in chosen:
@@ -241,7 +243,7 @@ def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Rol
     """Return the names on both sides, scripts last, and how many prey each of the predators catches of each of the
     prey.
     """
-    evaluator = FusedEvaluator(TASKS[task])
+    evaluator = FusedEvaluator(WORLDS[task])
     sides: dict[Role, dict[str, TeamBatch]] = {}
     for role in ROLES:
         teams = [each for each in chosen if each.role == role]

@@ -10,7 +10,7 @@ import inspect
 from types import ModuleType
 
 from esp_trainer.evaluation.match import match
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.types import ScriptedTeams
 from predprey_env import EnvConfig
 from predprey_env.policies import SCRIPTS, predators, prey
@@ -38,7 +38,7 @@ def main() -> None:
     options = parser.parse_args()
     listed = "\n".join(f"- `{name}` ({team}): {meaning(name)}" for team, names in SCRIPTS.items() for name in names)
     print(ABOUT.format(scripts=listed, episodes=f"{options.episodes:,}"))
-    for name, env in TASKS.items():
+    for name, env in WORLDS.items():
         print(f"\n## {name}\n\n{env.n_prey} prey on {env.size} x {env.size} cells, {env.max_cycles} steps.\n")
         print(table(env, options.episodes))
     print(PARITY)

@@ -30,7 +30,7 @@ from ppo.learner import LOSSES, Learner
 from ppo.worlds import Settings
 
 from esp_trainer import Team, load_team
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams
 from predprey_env.agents import other_team
 
@@ -99,7 +99,7 @@ def main() -> None:
     """Read the settings, and train."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("role", choices=["predators", "prey", "both"], help="who learns")
-    parser.add_argument("--task", choices=TASKS, default="3v2")
+    parser.add_argument("--task", choices=WORLDS, default="3v2")
     parser.add_argument("--size", type=int, default=Settings.size, help="of the torus; by default the paper's 100")
     parser.add_argument(
         "--opponents", nargs="+", default=[], help="teams of the zoo, files, scripts; by default the zoo"

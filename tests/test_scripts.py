@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams import zoo
 from predprey_env.policies import SCRIPTS as SCRIPTED
 
@@ -162,7 +162,7 @@ def test_every_scripted_team_meets_every_other() -> None:
     done = script("scripted_teams.py", "--episodes", "40")
     assert done.returncode == 0, done.stderr
     tables = re.findall(r"^\| predators \|(.*?) \|\n.*?\n((?:\|.*\n)+)", done.stdout, re.MULTILINE)
-    assert len(tables) == len(TASKS)
+    assert len(tables) == len(WORLDS)
     for columns, rows in tables:
         assert [name.strip() for name in columns.split("|")] == list(SCRIPTED["prey"])
         names, cells = zip(*(line.strip("| ").split(" | ", 1) for line in rows.splitlines()), strict=True)
@@ -199,7 +199,7 @@ def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         teams = zoo.known_teams()
         assert set(teams) == shipped, "as many as are in the package, and by the same names"
         for name in list(teams)[::12]:
-            zoo.load_team(name).check_fits(teams[name].role, TASKS[teams[name].task])
+            zoo.load_team(name).check_fits(teams[name].role, WORLDS[teams[name].task])
         assert zoo.load_zoo("3v1").n_episodes == 16
     finally:
         for cache in caches:

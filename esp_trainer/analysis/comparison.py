@@ -16,7 +16,7 @@ from esp_trainer.analysis.cross_play import EPISODES, PANEL, cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm
 from esp_trainer.analysis.progress import progress
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import FIRST, known_teams, load_team
 from esp_trainer.types import ROLES, Evaluator, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
@@ -53,7 +53,7 @@ def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, o
         older_only: True to leave out the zoo's teams of the race presets.
     """
     found: Opponents = {role: [] for role in ROLES}
-    tasks = {name for name, task in TASKS.items() if env and world_of(task) == world_of(env)}
+    tasks = {name for name, task in WORLDS.items() if env and world_of(task) == world_of(env)}
     for team in known_teams().values():
         older = team.preset.startswith(FIRST)
         if team.held_out and team.task in tasks and (older or not older_only):

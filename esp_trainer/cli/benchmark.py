@@ -16,7 +16,7 @@ from esp_trainer.benchmark.specs import Candidate, load_candidate
 from esp_trainer.cli.candidate import tell_about
 from esp_trainer.cli.streams import say
 from esp_trainer.files import check_place
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import load_zoo
 from esp_trainer.types import PolicyError, Role
 from predprey_env.settings import counted
@@ -42,7 +42,7 @@ def benchmark(
     if leaderboard:
         read(leaderboard)
         check_place(leaderboard)
-    env = TASKS[settings.task]
+    env = WORLDS[settings.task]
     candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
     tell_about(candidate)
     place = out or Path("benchmarks") / re.sub(r"[^\w.-]+", "-", f"{name}-{settings.role}-{settings.task}")

@@ -33,7 +33,7 @@ class ZooTeam:
 
     name: str
     task: str
-    """Name in :data:`esp_trainer.tasks.TASKS`."""
+    """Name in :data:`esp_trainer.tasks.WORLDS`."""
     role: Role
     preset: str
     seed: int

@@ -15,7 +15,7 @@ from tqdm import tqdm
 from esp_trainer import Team
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from learners.contestants import TASK, Contestant
@@ -62,7 +62,7 @@ class Matrix(Kept):
 
 def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Matrix:
     """Let all meet, each pair from the same starts; return who catches whom."""
-    contestants, env = list(contestants), TASKS[TASK]
+    contestants, env = list(contestants), WORLDS[TASK]
     evaluator = FusedEvaluator(env)
     sides = {
         role: [(each, seed) for each in contestants if role in each.roles for seed in each.seeds] for role in ROLES

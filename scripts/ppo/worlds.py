@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from esp_trainer import Team
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from predprey_env import EnvConfig, vector_env
 
 
@@ -42,7 +42,7 @@ class Settings:
     @property
     def env(self) -> EnvConfig:
         """The world, whatever it rewards."""
-        return TASKS[self.task].replace(size=self.size, max_cycles=self.size * 3 // 2)
+        return WORLDS[self.task].replace(size=self.size, max_cycles=self.size * 3 // 2)
 
 
 class Worlds:

@@ -18,7 +18,7 @@ import torch
 from esp_trainer.benchmark.batched import BatchedPolicy
 from esp_trainer.benchmark.match import Arena
 from esp_trainer.benchmark.specs import load_candidate
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.types import ScriptedTeams
 
 pytestmark = pytest.mark.ecosystem
@@ -86,12 +86,12 @@ def test_a_trained_module_is_a_candidate_of_the_benchmark(
     assert program is not None
     (tmp_path / "my_rllib.py").write_text(program[1])
     monkeypatch.chdir(tmp_path)
-    policy = load_candidate("my_rllib:Predators", "predators", TASKS["3v2"]).player
+    policy = load_candidate("my_rllib:Predators", "predators", WORLDS["3v2"]).player
     assert isinstance(policy, BatchedPolicy)
     seen = np.random.default_rng(0).integers(-50, 50, (30, 3, 4)).astype(np.float32)
     module = algorithm.get_module("predator")
     with torch.no_grad():
         told = module.forward_inference({"obs": torch.from_numpy(seen.reshape(-1, 4))})
     assert policy.act_batch(seen).ravel().tolist() == told["action_dist_inputs"].argmax(-1).tolist()
-    met = Arena(TASKS["3v2"], 8, 0).meet(policy, "predators", ScriptedTeams("random"))
+    met = Arena(WORLDS["3v2"], 8, 0).meet(policy, "predators", ScriptedTeams("random"))
     assert (met.steps > 0).all()

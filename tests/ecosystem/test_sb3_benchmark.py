@@ -23,7 +23,7 @@ from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
 from esp_trainer.benchmark.match import Arena
 from esp_trainer.benchmark.specs import load_candidate
 from esp_trainer.cli import main
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.types import PolicyError, ScriptedTeams
 from predprey_env import vector_env
 from predprey_env.sb3 import SB3VecEnv
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.ecosystem
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = ROOT / "scripts"
-ENV = TASKS["3v2"]
+ENV = WORLDS["3v2"]
 PREDATORS = ENV.team("predators")
 NETS = """
 from torch import nn
@@ -94,7 +94,7 @@ def test_what_a_model_draws_follows_from_the_seed(zip_file: Path) -> None:
 def test_a_model_with_other_spaces_is_refused(zip_file: Path) -> None:
     for role, task in (("prey", "3v2"), ("predators", "3v1")):
         with pytest.raises(ValueError, match=r"^the model must observe \d numbers and have \d actions, got Box"):
-            load_candidate(f"sb3:PPO:{zip_file}", role, TASKS[task])
+            load_candidate(f"sb3:PPO:{zip_file}", role, WORLDS[task])
 
 
 def test_a_file_that_is_no_model_is_refused_in_one_line(tmp_path: Path, zip_file: Path) -> None:
@@ -288,7 +288,7 @@ def test_a_policy_of_ppo_and_the_team_that_it_is_saved_as_draw_alike(monkeypatch
     with torch.no_grad():
         for parameter in policy.parameters():
             parameter.normal_(0, 0.7)
-    team = policy.as_team("predators", TASKS["3v2"], {})
+    team = policy.as_team("predators", WORLDS["3v2"], {})
     seen = np.array([[3, -2, 10, 5], [0, 1, -7, 2], [-20, 4, 1, 1]], np.float32)
     chances = policy(torch.from_numpy(seen)).softmax(-1).detach().numpy()
     counts = np.zeros((3, 5))

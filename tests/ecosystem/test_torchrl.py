@@ -16,7 +16,7 @@ from torchrl.objectives import ClipPPOLoss
 
 from esp_trainer.benchmark.batched import TorchPolicy
 from esp_trainer.benchmark.match import Arena
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.types import ScriptedTeams
 from predprey_env import predprey_v0
 
@@ -154,7 +154,7 @@ def test_the_readmes_snippet_rolls_out(snippet: dict[str, Any]) -> None:
 
 def test_an_actor_is_a_candidate_of_the_benchmark() -> None:
     """As ``torch:MODULE:FUNCTION:FILE`` loads it: what it writes as its action is played."""
-    shape = TASKS["3v2"].team("prey")
+    shape = WORLDS["3v2"].team("prey")
     torch.manual_seed(0)
     network = TensorDictModule(torch.nn.Linear(shape.n_seen, shape.n_actions), ["observation"], ["logits"])
     actor = ProbabilisticActor(network, in_keys=["logits"], distribution_class=Categorical)
@@ -169,5 +169,5 @@ def test_an_actor_is_a_candidate_of_the_benchmark() -> None:
 
     assert draw(1) == draw(1)
     assert draw(1) != draw(2)
-    met = Arena(TASKS["3v2"], 8, 0).meet(TorchPolicy(actor, shape), "prey", ScriptedTeams("random"))
+    met = Arena(WORLDS["3v2"], 8, 0).meet(TorchPolicy(actor, shape), "prey", ScriptedTeams("random"))
     assert (met.steps > 0).all()

@@ -9,7 +9,7 @@ import pytest
 from esp_trainer.coevolution.sides import side_controller
 from esp_trainer.config import EspConfig, RunConfig
 from esp_trainer.presets import PRESETS, preset
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from predprey_env import EnvConfig
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def test_every_preset_can_be_made_and_says_what_it_is(name: str):
 
 
 def test_a_task_is_a_name_of_its_recommended_preset():
-    assert {task: preset(task) for task in TASKS} == {task: preset(f"race-{task}") for task in TASKS}
+    assert {task: preset(task) for task in WORLDS} == {task: preset(f"race-{task}") for task in WORLDS}
     assert preset("race-3v2-40") == preset("steppe")  # its name until 0.1
 
 
@@ -80,12 +80,12 @@ def test_modern_is_the_papers_setting_without_past_mates_and_with_scaled_offsets
 @pytest.mark.parametrize("name", RACE)
 def test_the_race_has_the_papers_networks_trials_and_operators_and_comes_first(name: str):
     config, task = preset(name), name.removeprefix("race-")
-    paper = preset("paper-3v1" if TASKS[task].n_prey == 1 else "paper-3v2")
+    paper = preset("paper-3v1" if WORLDS[task].n_prey == 1 else "paper-3v2")
     assert name in list(PRESETS)[:5]
     assert ("recommended" in PRESETS[name][0]) == (name in ("race-3v1", "race-steppe"))
     assert config.predators == paper.predators.replace(bias=True)
     assert config.prey == paper.prey.replace(bias=True, input_scale=0.2)
-    assert config.env == TASKS[task].replace(credit="team" if TASKS[task].n_prey == 1 else "individual")
+    assert config.env == WORLDS[task].replace(credit="team" if WORLDS[task].n_prey == 1 else "individual")
     kept = ("subpopulation_size", "n_trials", "n_episodes", "elite_share", "mate", "mutation_rate", "mutation_scale")
     assert all(getattr(config.esp, field) == getattr(paper.esp, field) for field in kept)
 

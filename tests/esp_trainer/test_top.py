@@ -20,6 +20,11 @@ def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
         _ = esp_trainer.nothing
 
 
+def test_the_former_name_of_the_worlds_warns() -> None:
+    with pytest.warns(DeprecationWarning, match=r"^esp_trainer.TASKS is now esp_trainer.WORLDS, and goes in 0.4.0$"):
+        assert esp_trainer.TASKS is esp_trainer.WORLDS
+
+
 def test_to_load_a_team_does_not_import_the_kernel_and_the_analysis() -> None:
     later = ["esp_trainer.evaluation.kernel", "esp_trainer.analysis.games", "choix"]
     code = f"import sys, esp_trainer; esp_trainer.load_team; print([name for name in {later} if name in sys.modules])"

@@ -9,7 +9,7 @@ import gymnasium
 import pettingzoo
 import pytest
 
-from esp_trainer.tasks import TASKS as TRAINED
+from esp_trainer import WORLDS
 from predprey_env import TASKS, EnvConfig, joint_env, parallel_env, parallel_vector_env, team_view, vector_env
 from predprey_env.policies import ScriptedTeam
 from predprey_env.predprey_v0 import env
@@ -41,10 +41,10 @@ def test_the_tasks_are_what_they_were() -> None:
         "3v1": "n_prey=1, reward=dense",
         "3v2": "reward=dense",
     }
-    assert {name: env.replace(reward="dense") for name, env in TRAINED.items()} == {
+    assert {name: env.replace(reward="dense") for name, env in WORLDS.items()} == {
         name: task.world for name, task in TASKS.items()
     }
-    assert (TRAINED["3v2"], TRAINED["3v1"]) == (EnvConfig(), EnvConfig(n_prey=1))
+    assert (WORLDS["3v2"], WORLDS["3v1"]) == (EnvConfig(), EnvConfig(n_prey=1))
 
 
 @NAMED

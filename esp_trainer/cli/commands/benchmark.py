@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from esp_trainer.cli.options import SPECS, add_policy, natural, positive
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from predprey_env.extras import extra
 
 SUMMARY = "play a policy against the zoo and all scripts, and rate it"
@@ -17,7 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = SPECS
     parser.add_argument("--policy", required=True, metavar="SPEC", help="policy to measure; see below")
     add_policy(parser)
-    parser.add_argument("--task", required=True, choices=TASKS, help="world, by the numbers of predators and prey")
+    parser.add_argument("--task", required=True, choices=WORLDS, help="world, by the numbers of predators and prey")
     parser.add_argument(
         "--episodes", type=positive, default=512, metavar="N", help="episodes against each opponent; by default 512"
     )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 
 SUMMARY = "list the evolved teams that ship with the package, best first"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of ``teams``."""
-    parser.add_argument("--task", choices=TASKS, help="list only the teams of this task")
+    parser.add_argument("--task", choices=WORLDS, help="list only the teams of this task")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,11 +11,11 @@ from esp_trainer.benchmark import gauntlet
 from esp_trainer.benchmark.gauntlet import Gauntlet, Row, part_of
 from esp_trainer.benchmark.match import Meeting
 from esp_trainer.statistics import wilson_of
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import Zoo, load_zoo
 from esp_trainer.types import Role, ScriptedTeams
 
-ENV = TASKS["3v1"]
+ENV = WORLDS["3v1"]
 ROCK_PAPER_SCISSORS = np.array([[50, 0, 100], [100, 50, 0], [0, 100, 50]])
 HELD, OPEN, SCRIPT = (
     "held-out/x-3v1/{}/seed-1-late",
@@ -124,7 +124,7 @@ class ToldArena:
 def test_rows_come_from_meetings_with_everybody_held_out_first(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(gauntlet, "Arena", ToldArena)
     monkeypatch.setattr(gauntlet, "load_team", lambda name: f"the team {name}")
-    played = Gauntlet(zoo(ROCK_PAPER_SCISSORS), TASKS["3v2"], "predators", 4, 0)
+    played = Gauntlet(zoo(ROCK_PAPER_SCISSORS), WORLDS["3v2"], "predators", 4, 0)
     found = list(played.play("candidate"))  # type: ignore[arg-type]
     assert [row.part for row in found] == ["held out", "zoo", "scripts"]
     held, opened, script = HELD.format("prey"), OPEN.format("prey"), SCRIPT["prey"]
@@ -138,7 +138,7 @@ def test_where_never_all_were_caught_there_is_no_time_to_it(monkeypatch: pytest.
     monkeypatch.setattr(gauntlet, "Arena", ToldArena)
     monkeypatch.setattr(gauntlet, "load_team", str)
     found = list(
-        Gauntlet(zoo(ROCK_PAPER_SCISSORS), TASKS["3v2"].replace(n_prey=3), "predators", 4, 0).play("candidate")
+        Gauntlet(zoo(ROCK_PAPER_SCISSORS), WORLDS["3v2"].replace(n_prey=3), "predators", 4, 0).play("candidate")
     )  # type: ignore[arg-type]
     assert [row.all_caught_after for row in found] == [None] * 3
 
@@ -146,7 +146,7 @@ def test_where_never_all_were_caught_there_is_no_time_to_it(monkeypatch: pytest.
 @pytest.mark.parametrize("role", ["predators", "prey"])
 def test_everybody_of_the_zoo_and_every_script_is_met(role: Role):
     known = load_zoo("3v2")
-    assert sorted(Gauntlet(known, TASKS["3v2"], role, 8, 0).opponents) == sorted(
+    assert sorted(Gauntlet(known, WORLDS["3v2"], role, 8, 0).opponents) == sorted(
         known.prey if role == "predators" else known.predators
     )
 

@@ -10,7 +10,7 @@ import pytest
 
 from esp_trainer import load_team
 from esp_trainer.benchmark.match import Arena, Meeting
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams
 from esp_trainer.types import ROLES, PolicyError, Role, ScriptedTeams
 from predprey_env import EnvConfig
@@ -70,12 +70,12 @@ def assert_same(one: Meeting, other: Meeting) -> None:
 @pytest.mark.parametrize("role", ROLES)
 @pytest.mark.parametrize("task", ["pond", "meadow", "3v1", "3v2"])
 def test_an_evolved_candidate_plays_outside_as_it_does_in_compiled_code(task: str, role: Role):
-    arena, mine = Arena(TASKS[task], 32, seed=4), evolved(task, role)
+    arena, mine = Arena(WORLDS[task], 32, seed=4), evolved(task, role)
     scripts = [ScriptedTeams(script) for script in SCRIPTS[other_team(role)] if script != "random"]
     for opponent in (evolved(task, other_team(role)), *scripts):
         compiled = arena.meet(mine, role, opponent)
         assert_same(compiled, arena.meet(ByHand(mine), role, opponent))
-        assert compiled.captured.max() <= TASKS[task].n_prey
+        assert compiled.captured.max() <= WORLDS[task].n_prey
 
 
 @pytest.mark.parametrize("role", ROLES)

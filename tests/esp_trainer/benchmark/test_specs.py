@@ -16,11 +16,11 @@ import pytest
 from esp_trainer import Team, load_team
 from esp_trainer.benchmark.batched import TorchPolicy
 from esp_trainer.benchmark.specs import load_candidate
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams
 from esp_trainer.types import PolicyError, ScriptedTeams
 
-ENV = TASKS["3v2"]
+ENV = WORLDS["3v2"]
 PREDATORS = next(name for name, t in known_teams().items() if (t.task, t.role) == ("3v2", "predators"))
 VIEWS = {f"predator_{i}": np.full(4, i, np.float32) for i in range(3)}
 MODULE = """
@@ -131,7 +131,7 @@ def test_only_what_has_chances_can_be_drawn():
 @pytest.mark.parametrize(("role", "task"), [("prey", "3v2"), ("predators", "3v1")])
 def test_a_team_that_does_not_fit_is_refused(role: Any, task: str):
     with pytest.raises(ValueError, match=r"^expected prey, got a team of predators$|evolved against 2$"):
-        load_candidate(PREDATORS, role, TASKS[task])
+        load_candidate(PREDATORS, role, WORLDS[task])
 
 
 @pytest.mark.parametrize("content", [b"", b"import os", b"\x80\x04.", b"\x08\x00\x00\x00\x00\x00\x00\x00{}      "])

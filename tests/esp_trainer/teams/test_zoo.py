@@ -21,7 +21,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.presets import preset
 from esp_trainer.seeding import stream
-from esp_trainer.tasks import TASKS
+from esp_trainer.tasks import WORLDS
 from esp_trainer.teams import zoo
 from esp_trainer.teams.zoo import known_teams, load_zoo
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
@@ -61,7 +61,7 @@ def test_the_seeds_of_held_out_teams_are_nobody_elses():
 @pytest.mark.parametrize("name", NAMES[::5])
 def test_a_team_plays_its_role_in_its_task_and_says_where_it_came_from(name: str):
     team, known = load_team(name), TEAMS[name]
-    team.check_fits(known.role, TASKS[known.task])
+    team.check_fits(known.role, WORLDS[known.task])
     origin = team.provenance
     config = preset(known.preset).replace(seed=known.seed, generations=origin["generations"])
     # Settings that are younger than the team have their defaults.
@@ -79,7 +79,7 @@ def _teams(name: str, role: Role) -> TeamBatch:
 
 @pytest.mark.parametrize("task", WITH_ZOO)
 def test_the_matrix_is_what_a_replay_gives(task: str):
-    known, evaluator = load_zoo(task), FusedEvaluator(TASKS[task])
+    known, evaluator = load_zoo(task), FusedEvaluator(WORLDS[task])
     for row in (0, 7, len(known.predators) - 1):
         for column in (1, 12, len(known.prey) - 1):
             sides = _teams(known.predators[row], "predators"), _teams(known.prey[column], "prey")
@@ -90,7 +90,7 @@ def test_the_matrix_is_what_a_replay_gives(task: str):
 @pytest.mark.parametrize("task", WITH_ZOO)
 def test_scores_and_ratings_follow_from_the_matrix(task: str):
     known = load_zoo(task)
-    assert known.n_prey == TASKS[task].n_prey
+    assert known.n_prey == WORLDS[task].n_prey
     ratings = rate(known.caught, known.n_episodes, stream(0, "zoo ratings"))
     for role, rated in zip(ROLES, ratings, strict=True):
         names, others = known.names(role), known.names(other_team(role))
