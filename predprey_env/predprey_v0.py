@@ -190,12 +190,12 @@ del _make
 
 
 _ARGUMENTS = f"""\
-| Argument | Default | Values | Meaning |
-|----------|---------|--------|---------|
+| Argument | Meaning |
+|----------|---------|
 {chr(10).join(table_row(name, field) for name, field in EnvConfig.model_fields.items())}
-| `task` | `None` | {", ".join(f'`"{name}"`' for name in TASKS)} | Named world that the other arguments change. |
-| `render_mode` | `None` | `None`, `"human"`, `"ansi"`, `"rgb_array"` | `None`: no rendering. `"human"`: a window. \
-`"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). |"""
+| `task` | Named world that the other arguments change: {", ".join(f'`"{name}"`' for name in TASKS)}. Default: `None`. |
+| `render_mode` | `None`: no rendering. `"human"`: a window. \
+`"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). Default: `None`. |"""
 
 if __doc__:  # python -OO leaves docstrings out
     __doc__ = __doc__.replace("{arguments}", _ARGUMENTS)

@@ -155,9 +155,9 @@ def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
 
 
 def table_row(name: str, field: FieldInfo) -> str:
-    """Return the row of a field in a Markdown table of names, defaults, values and meanings."""
-    meaning = " ".join((field.description or "").split())
-    return f"| `{name}` | `{_literal(field.default)}` | {_values(field)} | {meaning} |"
+    """Return the row of a field in a Markdown table of names and meanings; these end with values and the default."""
+    meaning = " ".join([*(field.description or "").split(), *_values(field).split()])
+    return f"| `{name}` | {meaning} Default: `{_literal(field.default)}`. |"
 
 
 def _literal(value: object) -> str:
@@ -165,14 +165,15 @@ def _literal(value: object) -> str:
 
 
 def _values(field: FieldInfo) -> str:
-    """Return the values that a field takes, in words."""
+    """Return a sentence on the values that a field takes; empty if its default says enough."""
     if get_origin(field.annotation) is Literal:
-        return ", ".join(f"`{_literal(choice)}`" for choice in get_args(field.annotation))
+        return f"One of {', '.join(f'`{_literal(choice)}`' for choice in get_args(field.annotation))}."
     limits = {bound: getattr(m, bound) for m in field.metadata for _, bound in _BOUNDS.values() if hasattr(m, bound)}
     bounds = [f"{words} {limits[bound]}" for words, bound in _BOUNDS.values() if bound in limits]
     if {"ge", "le"} <= limits.keys():
-        bounds = [f"{limits['ge']} to {limits['le']}"]
-    return ", ".join([getattr(field.annotation, "__name__", ""), *bounds])
+        bounds = [f"from {limits['ge']} to {limits['le']}"]
+    sentence = ", ".join(bounds)
+    return f"{sentence[:1].upper()}{sentence[1:]}." if bounds else ""
 
 
 def spell_out(settings: type[BaseModel]) -> Callable[[Maker], Maker]:

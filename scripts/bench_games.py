@@ -29,7 +29,8 @@ CELLS = {
 }
 ABOUT = """\
 Teams of the preset `game` play episodes of 25 steps. Ratios are to the reference evaluator, which plays a step at a
-time. `many()` is that of `esp_trainer/games/simple_tag.py`, whose rewards equal those of `mpe2` to the bit.
+time; they compare CPU time, and for two processes wall time. `many()` is that of
+`esp_trainer/games/simple_tag.py`, whose rewards equal those of `mpe2` to the bit.
 """
 
 if __name__ == "__main__":

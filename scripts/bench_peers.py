@@ -52,9 +52,9 @@ that it starts, taken in turns, warm. `ours` is how many times as fast the proje
 and for JaxMARL beside `vector_env` the one of 1,024 worlds against random prey.
 
 Only `team_view()` and `parallel_env()` in SuperSuit, in AgileRL and in loops do the same work, and were checked to.
-Other games are other work: MPE and JaxMARL integrate forces among two obstacles; `pursuit` has a small grid with a
+Other games do other work: MPE and JaxMARL integrate forces among two obstacles; `pursuit` has a small grid with a
 wall. Agents see 16 to 20 numbers in tag, 147 in `pursuit`, 4 or 6 here.
 """
 
 if __name__ == "__main__":
-    measure_and_print("Beside others", ABOUT, PACKAGES, SECTIONS, FULL, QUICK, ANSWER, CELLS)
+    measure_and_print("Speed beside other environments", ABOUT, PACKAGES, SECTIONS, FULL, QUICK, ANSWER, CELLS)

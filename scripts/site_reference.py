@@ -72,7 +72,7 @@ def _commands(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 def _written(action: argparse.Action) -> str:
     """Return an option or argument as one writes it."""
-    value = action.metavar or "\\|".join(map(str, action.choices or [action.dest]))
+    value = action.metavar or "|".join(map(str, action.choices or [action.dest]))
     return " ".join([*action.option_strings[-1:], *([] if action.nargs == 0 else [str(value)])])
 
 
@@ -81,7 +81,7 @@ def _fields(model: type[BaseModel], prefix: str) -> Iterator[str]:
     parts = {name: type(field.default) for name, field in model.model_fields.items()}
     parts = {name: kind for name, kind in parts.items() if issubclass(kind, BaseModel)}
     rows = (table_row(prefix + name, field) for name, field in model.model_fields.items() if name not in parts)
-    yield _table("field", "default", "values", "meaning", rows=rows)
+    yield _table("field", "meaning", rows=rows)
     for name, part in parts.items():
         yield f"## {name}\n\n{model.model_fields[name].description}"
         yield from _fields(part, f"{name}.")

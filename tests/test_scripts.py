@@ -85,7 +85,7 @@ def script(name: str, *options: str) -> subprocess.CompletedProcess[str]:
 
 def table_of(document: str) -> list[list[str]]:
     header, _, *lines = [line for line in document.splitlines() if line.startswith("|")]
-    assert header == "| what | figure | ratio | target |  |"
+    assert header.startswith("| what | figure | ratio |")
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 
@@ -102,7 +102,7 @@ def test_throughput_benchmark_fills_every_row_of_its_table() -> None:
 def test_peers_benchmark_fills_every_row_or_says_who_is_not_installed() -> None:
     done = script("bench_peers.py", "--quick")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("# Beside others\n")
+    assert done.stdout.startswith("# Speed beside other environments\n")
     for (what, figure, *_), beginning in zip(table_of(done.stdout), PEER_ROWS, strict=True):
         assert what.startswith(beginning)
         missing = figure == "not installed" and what.startswith(PEERS)
@@ -121,7 +121,7 @@ def test_games_benchmark_fills_every_row_of_its_table() -> None:
         "`GameEvaluator`, two processes",
         "`GameEvaluator`, `many()` in one process",
     ]
-    assert all(float(figure.split()[0]) > 0 for _, figure, *_ in rows)
+    assert all(float(figure.split()[0]) > 0 for _, figure, _ in rows), "no column for targets where none is set"
 
 
 @pytest.mark.slow

@@ -59,8 +59,9 @@ def measure_and_print(
         print("A smoke run: the work is too small for its figures to mean anything, so nothing is judged.\n")
         rows = [row._replace(met=None) for row in rows]
     verdict = {True: "met", False: "**missed**", None: ""}
-    lines = [[*row[:-1], verdict[row.met]] for row in rows]
-    print(about, table(["what", "figure", "ratio", "target", ""], lines, "---:"), sep="\n")
+    width = 5 if any(row.target for row in rows) else 3
+    lines = [[*row[:-1], verdict[row.met]][:width] for row in rows]
+    print(about, table(["what", "figure", "ratio", "target", ""][:width], lines, "---:"), sep="\n")
 
 
 def _cell(rows: list[Row], what: str, column: str) -> str:

@@ -134,23 +134,24 @@ def test_every_parameter_reaches_the_world() -> None:
 
 
 def test_the_table_of_arguments_is_that_of_env_config() -> None:
-    rows = {name.strip("`"): rest for name, *rest in table("Arguments")}
+    rows = {name.strip("`"): meaning for name, meaning in table("Arguments")}
     assert list(rows) == list(PARAMETERS)
     for name, field in EnvConfig.model_fields.items():
-        default, values, meaning = rows[name]
-        assert default == f"`{json.dumps(field.default) if isinstance(field.default, str) else field.default}`"
-        assert meaning == " ".join(field.description.split())
+        description = " ".join(field.description.split())
+        default = f"Default: `{json.dumps(field.default) if isinstance(field.default, str) else field.default}`."
         if get_origin(field.annotation) is Literal:
-            assert values == ", ".join(f"`{json.dumps(value)}`" for value in get_args(field.annotation))
+            choices = ", ".join(f"`{json.dumps(value)}`" for value in get_args(field.annotation))
+            assert rows[name] == f"{description} One of {choices}. {default}"
         else:
-            assert values.split(",")[0] == field.annotation.__name__
-    assert re.findall(r"`\"(\w+)\"`", rows["render_mode"][1]) == list(RENDER_MODES)
+            assert rows[name].startswith(description)
+            assert rows[name].endswith(default)
+    assert re.findall(r"`\"(\w+)\"`", rows["render_mode"]) == list(RENDER_MODES)
 
 
 @pytest.mark.parametrize("name", [name for name, field in EnvConfig.model_fields.items() if field.annotation is int])
 def test_the_bounds_of_the_arguments_are_those_of_env_config(name: str) -> None:
-    values = {argument.strip("`"): values for argument, _, values, _ in table("Arguments")}[name]
-    low, high = re.fullmatch(r"int, (?:at least )?(\d+)(?: to (\d+))?", values).groups()
+    meaning = {argument.strip("`"): meaning for argument, meaning in table("Arguments")}[name]
+    low, high = re.search(r"\. (?:At least|From) (\d+)(?: to (\d+))?\. Default", meaning).groups()
     room = {"size": 10_000, "max_cycles": 1, "n_predators": 1, "n_prey": 1}
     EnvConfig(**{**room, name: int(low)})
     with pytest.raises(ValueError, match=f"{name} must be at least {low}"):
