@@ -18,7 +18,7 @@ from esp_trainer.types import ROLES, Role
 from predprey_env.agents import agent_number
 from predprey_env.config import TeamShape
 from predprey_env.plugins import find_object
-from predprey_env.settings import Settings, brief
+from predprey_env.settings import PartError, Settings, brief
 
 Environment: TypeAlias = Any
 """A ``pettingzoo.ParallelEnv``. Environments are told by their methods, as some that ship with PettingZoo are."""
@@ -48,7 +48,7 @@ class ManyEpisodes(Protocol):
         ...
 
 
-class GameError(ValueError):
+class GameError(PartError):
     """A game cannot be played, or failed while it was played. The message is one line."""
 
     def __init__(self, message: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, TypedDict
 from pydantic import Field, model_validator
 
 from predprey_env.plugins import find_class
-from predprey_env.settings import Settings
+from predprey_env.settings import PartError, Settings
 from predprey_env.sight import SIGHTS, Sight, check_sight
 
 MOVES = ("east", "west", "north", "south", "idle")
@@ -170,8 +170,11 @@ class EnvConfig(Settings):
         given = [f"see_{name}" for name in Sight._fields if getattr(self, f"see_{name}")]
         if given:
             raise ValueError(f"{', '.join(given)}: options of observation=offsets, got observation={self.observation}")
-        for n_agents, n_opponents in ((self.n_predators, self.n_prey), (self.n_prey, self.n_predators)):
-            check_sight(self.observation, n_agents, n_opponents, self.size)
+        try:
+            for n_agents, n_opponents in ((self.n_predators, self.n_prey), (self.n_prey, self.n_predators)):
+                check_sight(self.observation, n_agents, n_opponents, self.size)
+        except ValueError as error:
+            raise (PartError if ":" in self.observation else ValueError)(str(error)) from None
         return self
 
     @property

@@ -11,6 +11,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from predprey_env.settings import PartError
+
 
 def import_here(name: str) -> ModuleType:
     """Import a module, also from the current directory, as ``python -m`` does."""
@@ -29,7 +31,8 @@ def find_class(part: str, name: str, known: Mapping[str, str]) -> type[Any]:
         known: Name -> class that ships, as ``module:Class``.
 
     Raises:
-        ValueError: There is no such class; the message is one line.
+        PartError: It cannot be imported, or is no class; the message is one line.
+        ValueError: There is no such name; the message is one line.
     """
     place = known.get(name, name)
     if ":" not in place:
@@ -38,7 +41,7 @@ def find_class(part: str, name: str, known: Mapping[str, str]) -> type[Any]:
         raise ValueError(f"{part} must be one of {', '.join(known)} or module:Class, got {name!r}{hint}")
     found = find_object(part, place, name)
     if not inspect.isclass(found):
-        raise ValueError(f"{part} {name} must be a class, got {type(found).__name__}")
+        raise PartError(f"{part} {name} must be a class, got {type(found).__name__}")
     return found
 
 
@@ -51,11 +54,11 @@ def find_object(part: str, place: str, name: str = "") -> Any:
         name: What error messages call it; by default its place.
 
     Raises:
-        ValueError: It cannot be imported; the message is one line.
+        PartError: It cannot be imported; the message is one line.
     """
     module, _, attribute = place.partition(":")
     try:
         return getattr(import_here(module), attribute)
     except Exception as error:
         line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"{part} {name or place} cannot be imported: {line}") from None
+        raise PartError(f"{part} {name or place} cannot be imported: {line}") from None

@@ -24,6 +24,10 @@ _BOUNDS = {
 _LONGEST = 100  # letters of a value in an error message
 
 
+class PartError(ValueError):
+    """A class of the user's that settings name cannot be imported, or is not what they need."""
+
+
 class Settings(BaseModel):
     """Base of every configuration: frozen, no unknown fields, no silent conversion.
 
@@ -37,7 +41,7 @@ class Settings(BaseModel):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise ValueError(one_line(error, type(self))) from None
+            raise _kind(error)(one_line(error, type(self))) from None
 
     @model_validator(mode="before")
     @classmethod
@@ -92,6 +96,12 @@ def whole_numbers(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     if numbers.shape != shape or not np.issubdtype(numbers.dtype, np.integer):
         raise ValueError(f"{name} must be integers of shape {shape}, got {numbers.dtype} of shape {numbers.shape}")
     return numbers
+
+
+def _kind(error: ValidationError) -> type[ValueError]:
+    """Return :class:`PartError` if the first error is one, else :class:`ValueError`."""
+    cause = error.errors(include_url=False)[0].get("ctx", {}).get("error")
+    return PartError if isinstance(cause, PartError) else ValueError
 
 
 def one_line(error: ValidationError, settings: type[BaseModel]) -> str:

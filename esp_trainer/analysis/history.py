@@ -22,6 +22,7 @@ from esp_trainer.run.checkpoint import load_checkpoint
 from esp_trainer.run.directory import RunDirectory, whole_lines
 from esp_trainer.run.trainer import record
 from esp_trainer.types import ROLES, Contestant, Evaluator, EvolvedTeams, Fixed, Role, ScriptedTeams, TeamBatch
+from predprey_env.settings import PartError
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,8 @@ class History:
             return cls(config, champions, {name: curves[name] for name in names}, kept)
         except KeyError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error.args[0]} is missing") from None
+        except PartError as error:
+            raise PartError(f"{path}: {error}") from None
         except ValueError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error}") from None
 

@@ -60,8 +60,10 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
     """
     with _usable(path):
         header, arrays = _read(path, config)
-        generations = int(header["generations"])
-        return _restore(new_sides(config, league), config, arrays, header["sides"], generations), generations
+        generations, progress = int(header["generations"]), header["sides"]
+    sides = new_sides(config, league)  # if a class of the user's cannot be imported, the file is not to blame
+    with _usable(path):
+        return _restore(sides, config, arrays, progress, generations), generations
 
 
 def generations_in(path: Path, config: RunConfig) -> int:

@@ -25,6 +25,7 @@ from esp_trainer.config import RunConfig
 from esp_trainer.files import SCHEMA, DamagedFileError, naming, sync, sync_directory, to_json, write
 from esp_trainer.run.lock import Lock
 from esp_trainer.types import ROLES, Role
+from predprey_env.settings import PartError
 
 
 def versions() -> dict[str, str]:
@@ -122,7 +123,13 @@ class RunDirectory:
         write(self.config_file, to_json(whole))
 
     def read_config(self) -> RunConfig:
-        """Return the config of the run."""
+        """Return the config of the run.
+
+        Raises:
+            FileNotFoundError: There is no run.
+            PartError: The config names a class of the user's that cannot be used.
+            DamagedFileError: The config cannot be read.
+        """
         if not self.config_file.is_file():
             raise FileNotFoundError(f"{self.path} holds no run: there is no config.json")
         try:
@@ -132,6 +139,8 @@ class RunDirectory:
             return RunConfig.from_dict(whole["config"])
         except KeyError as error:
             raise DamagedFileError(f"{self.config_file} is damaged: {error.args[0]} is missing") from None
+        except PartError as error:
+            raise PartError(f"{self.path}: {error}") from None
         except (TypeError, ValueError, RecursionError) as error:
             raise DamagedFileError(f"{self.config_file} is damaged: {error}") from None
 

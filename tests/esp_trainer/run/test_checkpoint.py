@@ -70,6 +70,17 @@ def test_a_script_comes_back_from_the_config(tiny: RunConfig, tmp_path: Path) ->
     }
 
 
+@pytest.mark.parametrize("part", ["algorithm", "network"])
+def test_a_class_that_cannot_be_imported_is_no_damage_of_the_checkpoint(
+    part: str, tiny: RunConfig, tmp_path: Path
+) -> None:
+    config = tiny.with_fields({f"prey.{part}": "nowhere:Mine"})
+    save_checkpoint(tmp_path / "c", config, new_sides(tiny), 0)
+    with pytest.raises(ValueError, match=f"^(prey: )?{part} nowhere:Mine cannot be imported") as refused:
+        load_checkpoint(tmp_path / "c", config)
+    assert not isinstance(refused.value, DamagedFileError)
+
+
 @pytest.mark.parametrize("changed", [{"generations": 7}, {"checkpoint_every": 1}])
 def test_how_long_a_run_is_and_how_often_it_is_saved_may_change(
     changed: dict[str, int], tiny: RunConfig, saved: Path

@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from esp_trainer.coevolution.sides import check_parts
 from esp_trainer.files import DamagedFileError
 from esp_trainer.run.directory import Log, RunDirectory, versions, whole_lines
 from esp_trainer.run.lock import Lock
+from predprey_env.settings import PartError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -113,6 +115,54 @@ def test_a_config_that_is_wrong_is_refused_with_what_is_wrong(
     with pytest.raises(DamagedFileError, match=rf"config\.json is damaged: ({line})$") as refused:
         directory.read_config()
     assert "\n" not in str(refused.value)
+
+
+CLASSES = {
+    "observation": ("env", "observation", "env.observation nowhere:Mine"),
+    "game": ("game", "environment", "game.environment nowhere:Mine"),
+    "algorithm": ("predators", "algorithm", "predators: algorithm nowhere:Mine"),
+    "network": ("predators", "network", "network nowhere:Mine"),
+}
+
+
+@pytest.mark.parametrize(("section", "field", "which"), CLASSES.values(), ids=CLASSES)
+def test_a_class_that_cannot_be_imported_is_named_and_no_file_is_called_damaged(
+    section: str, field: str, which: str, tiny: RunConfig, tmp_path: Path
+) -> None:
+    directory = RunDirectory(tmp_path)
+    directory.create(tiny)
+
+    def name_it(whole: dict[str, Any]) -> None:
+        whole["config"].setdefault(section, {})[field] = "nowhere:Mine"
+        if section == "game":  # another game has no world, and networks that read all
+            whole["config"] = {"game": {"environment": "nowhere:Mine", "predators": "a_", "prey": "b_"}}
+            whole["config"] |= {role: {"controller": "monolithic"} for role in ("predators", "prey")}
+
+    _rewrite(directory.config_file, name_it)
+    with pytest.raises(ValueError, match="cannot be imported") as refused:
+        check_parts(directory.read_config())
+    assert not isinstance(refused.value, DamagedFileError)
+    line = f"{which} cannot be imported: ModuleNotFoundError: No module named 'nowhere'"
+    assert str(refused.value).removeprefix(f"{tmp_path}: ") == line
+
+
+def test_a_class_that_is_no_observation_is_named(tiny: RunConfig, tmp_path: Path) -> None:
+    directory = RunDirectory(tmp_path)
+    directory.create(tiny)
+    _rewrite(directory.config_file, lambda whole: whole["config"]["env"].update(observation="json:JSONDecoder"))
+    with pytest.raises(PartError) as refused:
+        directory.read_config()
+    assert str(refused.value) == (
+        f"{tmp_path}: env.observation json:JSONDecoder must be a named tuple, got JSONDecoder"
+    )
+
+
+def test_a_policy_that_there_is_not_means_damage_as_none_is_a_class(tiny: RunConfig, tmp_path: Path) -> None:
+    directory = RunDirectory(tmp_path)
+    directory.create(tiny)
+    _rewrite(directory.config_file, lambda whole: whole["config"]["prey"].update(policy="nowhere:Mine"))
+    with pytest.raises(DamagedFileError, match=r"damaged: prey\.policy must be 'esp', .*, got 'nowhere:Mine'$"):
+        directory.read_config()
 
 
 BYTES = {
