@@ -31,6 +31,9 @@ class Line:
 def story(runs: Sequence[MeasuredRuns]) -> list[Line]:
     """Return lines about progress, results against other opponents, cycles, phases, and behaviours of the runs."""
     known = [run for run in runs if not why_unknown(run)]
+    if not known and why_unknown(runs[0]) == why_undated(runs):  # the same reason is given once
+        lines = [Line(f"Nothing can be said of progress or phases: {why_undated(runs)}."), _behaviours(runs)]
+        return [line for line in lines if line]
     of_progress = (
         [_progress(known), _met_others(known) or _corners(known), _circles(known)]
         if known
