@@ -233,28 +233,35 @@ def test_a_kept_matrix_is_read_and_not_played_again(prey: str, asked: Asked, cac
     assert asked.times == 2
 
 
-OTHERS: dict[str, tuple[History, dict[str, int]]] = {
-    "other champions": (random_history(seed=1), {}),
-    "one weight of one champion": (random_history(), {}),
-    "a scripted side": (random_history(prey="flee_nearest"), {}),
-    "another network": (random_history(), {}),
-    "another seed": (random_history(), {"seed": 1}),
-    "other episodes": (random_history(), {"n_episodes": 16}),
-    "more generations": (random_history(), {"n_generations": 4}),
-    "another world": (random_history(ENV.replace(max_cycles=21)), {}),
+def one_weight_changed() -> History:
+    other = random_history()
+    other.champions["prey"][2, -1, 0, 0, 0] += 1
+    return other
+
+
+def another_network() -> History:
+    other = random_history()
+    prey = other.config.prey.replace(input_scale=0.5)
+    return History(other.config.replace(prey=prey), other.champions, other.curves)
+
+
+OTHERS: dict[str, tuple[Callable[[], History], dict[str, int]]] = {
+    "other champions": (lambda: random_history(seed=1), {}),
+    "one weight of one champion": (one_weight_changed, {}),
+    "a scripted side": (lambda: random_history(prey="flee_nearest"), {}),
+    "another network": (another_network, {}),
+    "another seed": (random_history, {"seed": 1}),
+    "other episodes": (random_history, {"n_episodes": 16}),
+    "more generations": (random_history, {"n_generations": 4}),
+    "another world": (lambda: random_history(ENV.replace(max_cycles=21)), {}),
 }
-OTHERS["one weight of one champion"][0].champions["prey"][2, -1, 0, 0, 0] += 1
-_other = OTHERS["another network"][0]
-OTHERS["another network"] = (
-    History(_other.config.replace(prey=_other.config.prey.replace(input_scale=0.5)), _other.champions, _other.curves),
-    {},
-)
 
 
-@pytest.mark.parametrize(("other", "changes"), OTHERS.values(), ids=OTHERS)
+@pytest.mark.parametrize(("make", "changes"), OTHERS.values(), ids=OTHERS)
 def test_a_matrix_that_is_about_something_else_is_played_again(
-    other: History, changes: dict[str, int], history: History, asked: Asked, cache: Path
+    make: Callable[[], History], changes: dict[str, int], history: History, asked: Asked, cache: Path
 ):
+    other = make()
     own(history, asked, cache)
     expected = own(other, asked, None, **changes)
     asked.times = 0
