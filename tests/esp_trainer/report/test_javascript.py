@@ -116,7 +116,7 @@ def test_only_the_rules_of_the_exact_package_are_exact() -> None:
     assert translate(halve, exact=__name__[:-1]) == translate(halve), "a package is not a part of a name"
 
 
-@pytest.mark.parametrize("numbers", [([3, -4], 9), ([-30, 2], 40), ([7, 0], 8), ([10**9, 10**9], 10**8)])
+@pytest.mark.parametrize("numbers", [([3, -4], 9), ([-30, 2], 40), ([7, 0], 8), ([10**9, 10**9], 10**4)])
 def test_exact_rules_give_in_javascript_what_they_give_in_python(numbers: Any, blank_tab: Any) -> None:
     script = f"(given) => {{ {translate(exactly, exact=__name__)} return exactly(...given); }}"
     given = np.array(numbers[0]), numbers[1]
