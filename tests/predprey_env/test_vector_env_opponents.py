@@ -68,7 +68,8 @@ def test_an_evolved_team_plays_in_compiled_code_as_it_does_when_asked(
     agree(singles, SMALL.replace(move_order=move_order), team, opponent, lambda: opponent.act)
 
 
-@pytest.mark.parametrize("team", ["predators", pytest.param("prey", marks=pytest.mark.slow)])  # compiles another kernel
+@pytest.mark.slow  # compiles another kernel for each team
+@TEAM
 def test_a_team_that_remembers_plays_in_compiled_code_as_it_does_when_asked(singles: Singles, team: TeamName) -> None:
     opponent = evolved(other_team(team), network="elman")
     agree(singles, SMALL, team, opponent, lambda: deepcopy(opponent))

@@ -240,6 +240,7 @@ def _unknown(
 respond.register(Unknown, _unknown)
 
 
+@pytest.mark.slow  # compiles most of the kernel
 def test_a_rule_that_does_not_compile_is_told_in_one_line_before_a_run_begins(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
