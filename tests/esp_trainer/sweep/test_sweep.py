@@ -10,8 +10,8 @@ import subprocess
 import sys
 import time
 import warnings
-from contextlib import contextmanager
-from dataclasses import replace
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, replace
 from io import StringIO
 from multiprocessing import Pipe
 from pathlib import Path
@@ -59,12 +59,24 @@ def long_runs(tmp_path_factory: pytest.TempPathFactory, snapshot: Any) -> dict[s
     return {cell: snapshot(single(f"{cell}-seed0", LONG, path)) for cell in CELLS}
 
 
+@dataclass(frozen=True)
+class Swept:
+    """A sweep with two runs of each cell that nothing disturbed: its file, its directory, and what it said."""
+
+    file: Path
+    out: Path
+    output: str
+    error: str
+
+
 @pytest.fixture(scope="module")
-def whole_sweep(tmp_path_factory: pytest.TempPathFactory, declare: Any) -> Path:
-    """The directory of a sweep with two runs of each cell that nothing disturbed. Not to be changed."""
+def whole(tmp_path_factory: pytest.TempPathFactory, declare: Any) -> Swept:
+    """Not to be changed."""
     place = tmp_path_factory.mktemp("whole")
-    assert sweep(declare(place / "sweep.toml"), place / "out", "--workers", "2") == 0
-    return place / "out"
+    file, out = declare(place / "sweep.toml"), place / "out"
+    with redirect_stdout(StringIO()) as output, redirect_stderr(StringIO()) as error:
+        assert sweep(file, out, "--workers", "2") == 0
+    return Swept(file, out, output.getvalue(), error.getvalue())
 
 
 def workers_of(pid: int) -> list[int]:
@@ -87,40 +99,38 @@ def wait(happened: Callable[[], Any]) -> Any:
     return result
 
 
-def test_every_run_has_the_bytes_of_a_single_one(
-    declared: Any, tmp_path: Path, snapshot: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert sweep(declared(), tmp_path / "out", "--workers", "2") == 0
-    output, error = capsys.readouterr()
+def test_every_run_has_the_bytes_of_a_single_one(whole: Swept, tmp_path: Path, snapshot: Any) -> None:
+    output, error = whole.output, whole.error
     names = [f"{cell}-seed{seed}" for cell in CELLS for seed in (0, 1)]
     for name in names:
         expected = single(name, 6, tmp_path / "single")
-        assert snapshot(tmp_path / "out" / name) == snapshot(expected)
+        assert snapshot(whole.out / name) == snapshot(expected)
     assert [line.split()[:2] for line in output.splitlines()[1:3]] == [[cell, "2/2"] for cell in CELLS]
-    assert output.splitlines()[-1] == f"  esp-trainer compare {tmp_path / 'out'}"
-    assert error.splitlines()[0] == f"4 runs in {tmp_path / 'out'}"
+    assert output.splitlines()[-1] == f"  esp-trainer compare {whole.out}"
+    assert error.splitlines()[0] == f"4 runs in {whole.out}"
     assert sum("6 generations, " in line for line in error.splitlines()) == 4
-    assert (tmp_path / "out/sweep.toml").read_bytes() == declared().read_bytes()
-    with (tmp_path / "out/runs.csv").open() as file:
+    assert (whole.out / "sweep.toml").read_bytes() == whole.file.read_bytes()
+    with (whole.out / "runs.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["run"] for row in rows] == names
     assert all(row["generations"] == "6" and not row["failed"] for row in rows)
 
 
 def test_the_same_command_does_what_is_missing_and_what_was_added(
-    declared: Any, tmp_path: Path, snapshot: Any, capsys: pytest.CaptureFixture[str]
+    whole: Swept, declared: Any, tmp_path: Path, snapshot: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Two runs of four generations go on to six, and two others are added."""
     out = tmp_path / "out"
     assert sweep(declared(seeds=1, generations=4), out, "--workers", "1") == 0
+    capsys.readouterr()
     assert sweep(declared(seeds=1, generations=4), out, "--workers", "1") == 0
     assert f"2 runs in {out}, 2 of them whole\n" in capsys.readouterr().err
-    assert sweep(declared(seeds=2, generations=6), out) == 0
-    error = capsys.readouterr().err
-    assert error.startswith(f"4 runs in {out}\n")
+    assert sweep(declared(seeds=2, generations=6), out, "--workers", "1") == 0
+    assert capsys.readouterr().err.startswith(f"4 runs in {out}\n")
     for cell in CELLS:
         for seed in (0, 1):
-            name = f"{cell}-seed{seed}"
-            assert snapshot(out / name) == snapshot(single(name, 6, tmp_path / "single"))
+            name = f"{cell}-seed{seed}"  # of which the test above holds what it must be
+            assert snapshot(out / name) == snapshot(whole.out / name)
 
 
 def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
@@ -141,10 +151,10 @@ def test_runs_that_fail_are_listed_with_their_reason_and_the_others_kept(
 
 
 def test_a_run_that_lost_something_is_not_whole_and_says_what(
-    whole_sweep: Path, declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    whole: Swept, declared: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Each of four runs lost another thing; two more are added, and are whole."""
-    file, out = declared(seeds=3), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
+    file, out = declared(seeds=3), Path(shutil.copytree(whole.out, tmp_path / "out"))
     no_log, damaged_log, less, no_config = (out / f"{cell}-seed{seed}" for cell in CELLS for seed in (0, 1))
     (no_log / "metrics.jsonl").unlink()
     (damaged_log / "metrics.jsonl").write_text("[" * 9999 + "\n")
@@ -375,8 +385,8 @@ def test_a_run_that_kills_its_workers_is_given_up(declared: Any, tmp_path: Path)
     assert f"failed: {victim.name}: its process was lost 3 times, the last time by SIGKILL" in output
 
 
-def test_a_run_is_whole_with_its_checkpoint_and_its_champions(whole_sweep: Path, declared: Any, tmp_path: Path) -> None:
-    file, out = declared(), Path(shutil.copytree(whole_sweep, tmp_path / "out"))
+def test_a_run_is_whole_with_its_checkpoint_and_its_champions(whole: Swept, declared: Any, tmp_path: Path) -> None:
+    file, out = declared(), Path(shutil.copytree(whole.out, tmp_path / "out"))
     run = read_plan(file)[0]
     assert is_whole(out / run.name, run)
     (out / run.name / "champions/prey-00003.safetensors").unlink()
