@@ -134,10 +134,17 @@ def _no_space() -> OSError:
 
 
 @pytest.mark.parametrize(
-    "error", [_Killed, pytest.param(_no_space, marks=pytest.mark.slow)], ids=["death", "a full disk"]
+    ("error", "generations"),
+    [
+        (_Killed, 3),
+        pytest.param(_Killed, 5, marks=pytest.mark.slow),
+        pytest.param(_no_space, 5, marks=pytest.mark.slow),
+    ],
+    ids=["death", "death in a longer run", "a full disk"],
 )
 def test_a_run_that_stops_at_any_sync_or_rename_resumes_to_the_same_bytes(
     error: Any,
+    generations: int,
     tiny: RunConfig,
     tmp_path: Path,
     start: Any,
@@ -146,13 +153,13 @@ def test_a_run_that_stops_at_any_sync_or_rename_resumes_to_the_same_bytes(
     uninterrupted: Any,
     file_operations: list[Any],
 ) -> None:
-    config = tiny.replace(generations=5)
+    config = tiny.replace(generations=generations)
     whole = uninterrupted(config)
     n_operations = file_operations[0]
     file_operations[2] = error
     start(tmp_path / "begun", config)
     n_before = file_operations[0] - n_operations
-    assert n_operations - n_before > 30
+    assert n_operations - n_before > 6 * generations
     for at in range(n_before, n_operations):
         path = tmp_path / str(at)
         file_operations[:2] = [0, at]
