@@ -447,7 +447,7 @@ def test_a_file_with_any_one_bit_flipped_is_refused_or_holds_the_same(small: Pat
     data = small.read_bytes()
     whole = read_arrays(small, "thing")
     survivors = 0
-    for bit in range(8 * len(data)):
+    for bit in range(0, 8 * len(data), 3):  # some of every byte, and each of the eight equally often
         flipped = bytearray(data)
         flipped[bit // 8] ^= 1 << bit % 8
         small.write_bytes(flipped)
@@ -463,7 +463,7 @@ def test_a_file_with_any_one_bit_flipped_is_refused_or_holds_the_same(small: Pat
         assert {name: (array.dtype, array.shape, array.tobytes()) for name, array in arrays.items()} == {
             name: (array.dtype, array.shape, array.tobytes()) for name, array in whole[1].items()
         }, bit
-    assert survivors < len(data) / 10
+    assert survivors < len(data) / 30
 
 
 def test_a_file_cut_at_any_length_is_refused(small: Path) -> None:

@@ -70,7 +70,7 @@ def assert_same(one: Meeting, other: Meeting) -> None:
 @pytest.mark.parametrize("role", ROLES)
 @pytest.mark.parametrize("task", ["pond", "meadow", "3v1", "3v2"])
 def test_an_evolved_candidate_plays_outside_as_it_does_in_compiled_code(task: str, role: Role):
-    arena, mine = Arena(WORLDS[task], 32, seed=4), evolved(task, role)
+    arena, mine = Arena(WORLDS[task], 12, seed=4), evolved(task, role)
     scripts = [ScriptedTeams(script) for script in SCRIPTS[other_team(role)] if script != "random"]
     for opponent in (evolved(task, other_team(role)), *scripts):
         compiled = arena.meet(mine, role, opponent)
