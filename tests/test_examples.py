@@ -54,6 +54,7 @@ def test_a_compiled_player_and_the_same_rule_in_python_play(tmp_path: Path) -> N
     assert min(compiled, python) > 0  # which is faster depends on who else is at work, so a benchmark says it
 
 
+@pytest.mark.slow
 def test_another_selection_scheme_breeds_predators_that_catch_prey(tmp_path: Path) -> None:
     told = printed("own_selection.py", tmp_path)
     assert re.findall(r"^([\w:]+?) *: the", told, re.MULTILINE) == ["esp", "__main__:Tournament"]
@@ -99,6 +100,7 @@ def test_a_race_is_measured_by_cross_play(tmp_path: Path) -> None:
     assert all(0 <= float(share) <= 1 for row in rows for share in row.split())
 
 
+@pytest.mark.slow
 def test_hesitant_predators_are_less_exploitable(tmp_path: Path) -> None:
     told = printed("exploitability.py", tmp_path)
     certain, *hesitant = figures(r"hesitant.* exploitability (\d\.\d+)", told)
@@ -106,6 +108,7 @@ def test_hesitant_predators_are_less_exploitable(tmp_path: Path) -> None:
     assert all(loss <= certain for loss in hesitant)
 
 
+@pytest.mark.slow
 def test_the_sweep_is_declared_and_runs(tmp_path: Path) -> None:
     declared = (EXAMPLES / "sweep.toml").read_text()
     assert "esp-trainer sweep examples/sweep.toml" in declared
