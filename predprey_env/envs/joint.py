@@ -14,6 +14,7 @@ from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.policies.pool import Opponents
+from predprey_env.policies.protocol import Policy
 from predprey_env.settings import spell_out, whole_numbers
 
 Info: TypeAlias = dict[str, Any]
@@ -50,6 +51,9 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
 
     view: TeamView = read_only("view")
     """The environment of the team's agents."""
+
+    opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_view.opponent")
+    """Policy that plays the other team, or all policies of a pool; see :attr:`predprey_env.TeamView.opponent`."""
 
     def __init__(self, view: TeamView) -> None:
         if view.captured_prey != "inert":
@@ -89,6 +93,10 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
         return self._view.np_random_seed
 
     _np_random = np_random  # Gymnasium's checker looks here
+
+    def set_opponent(self, opponent: Opponents) -> None:
+        """Replace the opponent, or the pool; see :meth:`predprey_env.TeamView.set_opponent`."""
+        self._view.set_opponent(opponent)
 
     def reset(self, *, seed: int | None = None, options: Options | None = None) -> tuple[np.ndarray, Info]:
         """Start an episode; see :meth:`predprey_env.TeamView.reset`."""

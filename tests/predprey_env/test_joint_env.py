@@ -91,3 +91,20 @@ def test_pictures_and_attributes_are_those_of_the_world() -> None:
     env.max_cycles = 20
     assert env.view.env.max_cycles == 20
     env.close()
+
+
+def test_the_opponent_is_replaced_as_in_the_team_view() -> None:
+    joint, view = joint_env("prey", "random", **WORLD), team_view("prey", "random", **WORLD)
+    ends = []
+    for env in (joint, view):
+        env.reset(seed=3)
+        env.set_opponent("surround")
+        ends.append(env.reset(seed=4)[0])
+    seen, observations = ends
+    still = dict.fromkeys(view.possible_agents, 0)
+    for _ in range(5):
+        seen, observations = joint.step([0, 0])[0], view.step(still)[0]
+        assert (seen == np.concatenate([observations[prey] for prey in still])).all()
+    assert joint.opponent is joint.view.opponent
+    with pytest.raises(AttributeError, match=r"opponent is read-only; call set_opponent\(opponent\)"):
+        joint.opponent = "random"
