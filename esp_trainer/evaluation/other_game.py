@@ -110,12 +110,15 @@ def _copies(config: str) -> Callable[[int], Environment]:
 
 
 def check_repeats(config: GameConfig) -> None:
-    """Raise :class:`GameError` unless an episode follows from its seed and the actions alone.
+    """Raise :class:`GameError` unless an episode follows from its seed and the actions alone, in finite numbers.
 
     It is played, with random actions, in a new environment, in one that has played another episode, and again.
     """
     first, other = make_environment(config), make_environment(config)
     expected = _course(first, 1)
+    for name, told in (each for step in expected for each in step.items()):
+        if not np.isfinite(told).all():  # nan differs from itself, so it would pass for a game that does not repeat
+            raise GameError(f"{config.environment} must give finite numbers, got {told} as {name}")
     _course(other, 2)
     if can_play_many(first):
         _check_many(config, first)

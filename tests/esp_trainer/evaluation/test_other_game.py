@@ -147,6 +147,8 @@ class Broken(Ring):
             observations["runner_0"] = np.zeros(5, np.float32)
         if self.how == "rewards":
             rewards["runner_0"] = "much"
+        if self.how == "nan":
+            rewards["runner_0"] = float("nan")
         if self.how == "killed" or (self.how == "killed once" and not Path("died").exists()):
             Path("died").touch()
             os.kill(os.getpid(), 9)
@@ -249,6 +251,11 @@ def test_an_episode_without_an_end_is_refused(faulty: Any, monkeypatch: pytest.M
     config = faulty("Endless")
     with pytest.raises(GameError, match="an episode must end within 50 steps"):
         GameEvaluator(config.game, 1).evaluate(batch_of(config))
+
+
+def test_a_game_that_pays_nan_is_told_so(faulty: Any) -> None:
+    with pytest.raises(GameError, match=r"^faulty:Broken must give finite numbers, got nan as reward of runner_0$"):
+        check_repeats(faulty("Broken", how="nan").game)
 
 
 @pytest.mark.parametrize("name", ["Unseeded", "Stateful"])
