@@ -40,7 +40,11 @@ def on_files(files: Files, config: Any) -> Files:
 
 def _pages() -> Iterator[tuple[str, Iterable[str]]]:
     """Yield each page's name and its parts."""
-    yield "predprey_v0", [_plain(inspect.cleandoc(predprey_v0.__doc__ or ""))]
+    specification = _plain(inspect.cleandoc(predprey_v0.__doc__ or ""))
+    yield (
+        "predprey_v0",
+        [re.sub("^###", "##", specification, flags=re.MULTILINE)],
+    )  # PettingZoo's docstrings skip a level
     for module in PUBLIC:
         yield module, [f"# {module}", f"::: {module}"]
     yield "command-line", ["# Command line", *_commands(make_parser())]
