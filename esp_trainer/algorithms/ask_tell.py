@@ -12,6 +12,7 @@ import numpy as np
 from esp_trainer.algorithms.whole_teams import WholeTeams
 from esp_trainer.types import Fitness
 from predprey_env.extras import extra
+from predprey_env.settings import PartError
 
 
 class AskTell(WholeTeams):
@@ -62,6 +63,9 @@ class AskTell(WholeTeams):
         self._start, self._seeds, self._losses = start, [seed], list[np.ndarray]()
         with _seeded(seed):
             self._optimiser = self.optimiser(start, seed)
+        if not all(callable(getattr(self._optimiser, call, None)) for call in ("ask", "tell")):
+            kind = type(self._optimiser).__name__
+            raise PartError(f"optimiser() must return an object with ask() and tell(), got {kind}")
 
     def _ask(self, seed: int) -> np.ndarray:
         self._asked_with = seed

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, cast
+
+import numpy as np
 
 from esp_trainer.algorithm import Algorithm
 from predprey_env.plugins import find_class
+from predprey_env.settings import PartError
 
 ALGORITHMS = {
     "esp": "esp_trainer.esp.subpopulations:Subpopulations",
@@ -38,3 +45,34 @@ def algorithm_name(algorithm: Any) -> str:
     kind = type(algorithm)
     place = f"{kind.__module__}:{kind.__qualname__}"
     return next((name for name, known in ALGORITHMS.items() if known == place), place)
+
+
+@contextmanager
+def failures_told(name: str, call: str) -> Iterator[None]:
+    """Raise what a call of a user's algorithm raises as a :class:`PartError`: one line that says what, and where."""
+    try:
+        yield
+    except (PartError, MemoryError):
+        raise
+    except Exception as error:
+        if name in ALGORITHMS:
+            raise
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(last.filename).name}, line {last.lineno}"
+        line = " ".join(f"{type(error).__name__}: {error}".split())
+        raise PartError(f"algorithm {name} failed in {call}: {line} ({where})") from error
+
+
+def state_of(algorithm: Algorithm) -> Mapping[str, np.ndarray]:
+    """Return the state of an algorithm; raise :class:`PartError` if it holds anything but arrays of numbers."""
+    kind = algorithm_name(algorithm)
+    with failures_told(kind, "state()"):
+        state = algorithm.state()
+    needed = f"algorithm {kind}: state() must return arrays of numbers by name"
+    if not isinstance(state, Mapping):
+        raise PartError(f"{needed}, got {type(state).__name__}")
+    for name, array in state.items():
+        if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf":
+            got = f"an array of {array.dtype}" if isinstance(array, np.ndarray) else type(array).__name__
+            raise PartError(f"{needed}, got {got} as {name}")
+    return state

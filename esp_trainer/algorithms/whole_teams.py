@@ -17,6 +17,7 @@ from esp_trainer.esp.signal import Variance
 from esp_trainer.esp.team import as_candidates
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Fitness
+from predprey_env.settings import PartError
 
 Self = TypeVar("Self", bound="WholeTeams")
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
@@ -101,9 +102,9 @@ class WholeTeams(ABC):
         """Return the teams of a generation's trials."""
         vectors = np.asarray(self.vectors(generator), np.float32)
         if vectors.ndim != 2 or vectors.shape[1] != self.n_parameters or not len(vectors):
-            raise ValueError(f"vectors() must return (n_teams, {self.n_parameters}), got shape {vectors.shape}")
+            raise PartError(f"vectors() must return (n_teams, {self.n_parameters}), got shape {vectors.shape}")
         if not np.isfinite(vectors).all():
-            raise ValueError("vectors() must return finite genes, got NaN or infinity")
+            raise PartError("vectors() must return finite genes, got NaN or infinity")
         rounds = -(-self.config.n_trials // len(vectors))
         order = np.concatenate([generator.permutation(len(vectors)) for _ in range(rounds)])[: self.config.n_trials]
         self._vectors, self._asked = vectors, order

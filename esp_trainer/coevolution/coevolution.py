@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from esp_trainer.algorithm import Algorithm, Spread
+from esp_trainer.algorithms.registry import algorithm_name, failures_told
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.coevolution.episodes import play
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
@@ -32,6 +33,7 @@ from esp_trainer.types import (
     TrialBatch,
 )
 from predprey_env.agents import other_team
+from predprey_env.settings import PartError
 
 
 class Bred(NamedTuple):
@@ -115,7 +117,7 @@ class Coevolution:
         populations = {role: deepcopy(side.algorithm) for role, side in self.evolving.items()}
         if self.config.genealogy:
             _keep_parents(populations)
-        asked = {role: each.ask(self._stream(f"{role} ask", number)) for role, each in populations.items()}
+        asked = {role: self._asked(role, each, number) for role, each in populations.items()}
         asked_at = perf_counter()
         parts = self._play_trials(asked, number)
         trials = {role: summarise(own, self.config.esp) for role, own in parts.items()}
@@ -128,12 +130,13 @@ class Coevolution:
         measured = perf_counter()
         exploiters = {role: self._exploiter(role, champions, number) for role in self._exploiting(number)}
         exploited = perf_counter()
-        spreads = {role: each.spread() for role, each in populations.items()}
+        spreads = {role: _spread(each) for role, each in populations.items()}
         sides, signals = self.sides.copy(), {}
         bred: dict[Role, Bred] = {}
         for role, population in populations.items():
             before, breeding = self.evolving[role], self._stream(f"{role} breeding", number)
-            share = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
+            with failures_told(algorithm_name(population), "tell()"):
+                share = population.tell(trials[role].earned, before.hall_of_fame.champions, breeding)
             signals[role] = Signal(float("nan") if share is None else share, ties(trials[role].fitness))
             fame = fames[role].with_champion(champions[role].genomes)
             if role in exploiters:
@@ -153,6 +156,19 @@ class Coevolution:
         if self.config.esp.exploiters_every:
             seconds["exploiters"] = exploited - measured
         return Generation(number, trials, champions, spreads, signals, held_out, seconds, payoffs, bred), sides
+
+    def _asked(self, role: Role, population: Algorithm, number: int) -> EvolvedTeams:
+        """Return the teams of a side's trials; raise :class:`PartError` unless there is one for each."""
+        with failures_told(algorithm_name(population), "ask()"):
+            teams = population.ask(self._stream(f"{role} ask", number))
+        n_teams = len(teams.indices) if isinstance(teams, EvolvedTeams) else None
+        if n_teams != self.config.esp.n_trials:
+            got = type(teams).__name__ if n_teams is None else f"of {n_teams}"
+            raise PartError(
+                f"algorithm {algorithm_name(population)}: ask() must return EvolvedTeams of {self.config.esp.n_trials} "
+                f"trials, got {got}"
+            )
+        return teams
 
     def _exploiting(self, number: int) -> Collection[Role]:
         """Return the sides that get an exploiter after a generation."""
@@ -256,7 +272,8 @@ class Coevolution:
         if champion.score > best:
             best, stagnant = champion.score, 0
         if self.config.esp.burst_after and stagnant >= self.config.esp.burst_after:
-            population.burst(champion.genomes, generator)
+            with failures_told(algorithm_name(population), "burst()"):
+                population.burst(champion.genomes, generator)
             best, stagnant = -np.inf, 0
         return EvolvingSide(population, fame, best, stagnant)
 
@@ -265,6 +282,11 @@ class Coevolution:
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
         result = play(self.evaluator, self._batch(teams, self._held_out))
         return summarise_results(result, self._even)
+
+
+def _spread(population: Algorithm) -> Spread:
+    with failures_told(algorithm_name(population), "spread()"):
+        return population.spread()
 
 
 def _keep_parents(populations: Mapping[Role, Algorithm]) -> None:

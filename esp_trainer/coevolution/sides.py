@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from esp_trainer.algorithm import Algorithm
-from esp_trainer.algorithms.registry import algorithm_class
+from esp_trainer.algorithms.registry import algorithm_class, failures_told
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
@@ -19,6 +19,7 @@ from esp_trainer.networks.controller import Controller
 from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, Fixed, Role, ScriptedTeams
 from predprey_env.config import TeamShape
+from predprey_env.settings import PartError
 
 
 @dataclass
@@ -88,7 +89,10 @@ def _started(config: RunConfig, role: Role, controller: Controller, n_genomes: i
     kind, options = _algorithm_class(config, role), side_config(config, role).algorithm_options
     generator = stream(config.seed, f"initial {role}")
     try:
-        return kind.start(config.esp, controller, n_genomes, generator, **options)
+        with failures_told(side_config(config, role).algorithm, "start()"):
+            return kind.start(config.esp, controller, n_genomes, generator, **options)
+    except PartError as error:
+        raise PartError(f"{role}: {error}") from error.__cause__
     except ValueError as error:
         raise ValueError(f"{role}: {error}") from None
 

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.algorithm import Algorithm
-from esp_trainer.algorithms.registry import algorithm_name
+from esp_trainer.algorithms.registry import algorithm_name, failures_told, state_of
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.types import Role, ScriptedTeams
+from predprey_env.settings import PartError
 
 NO_MATTER = ("generations", "checkpoint_every", "genealogy")
 """Settings that affect no generation."""
@@ -33,7 +34,7 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
     progress: dict[str, Any] = {}
     for role, side in sides.items():
         if isinstance(side, EvolvingSide):
-            arrays |= {f"{role}.{name}": array for name, array in side.algorithm.state().items()}
+            arrays |= {f"{role}.{name}": array for name, array in state_of(side.algorithm).items()}
             fame, n_guests = side.hall_of_fame, len(side.hall_of_fame.guests)
             arrays[f"{role}.hall_of_fame"] = fame.champions
             arrays[f"{role}.met"] = fame.met[n_guests:]
@@ -87,7 +88,7 @@ def _usable(path: Path) -> Iterator[None]:
     """Raise errors in the contents of a checkpoint with its path."""
     try:
         yield
-    except (OtherConfigError, DamagedFileError):
+    except (OtherConfigError, DamagedFileError, PartError):
         raise
     except KeyError as error:
         raise DamagedFileError(f"{path} is not a usable checkpoint: {error.args[0]} is missing") from None
@@ -160,7 +161,10 @@ def _restore_algorithm(algorithm: Algorithm, role: Role, arrays: dict[str, np.nd
     prefix = f"{role}."
     state = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
     try:
-        algorithm.restore(state)
+        with failures_told(algorithm_name(algorithm), "restore()"):
+            algorithm.restore(state)
+    except PartError:
+        raise
     except ValueError as error:
         raise ValueError(f"{prefix}{error}") from None
     except KeyError as error:
