@@ -14,11 +14,11 @@ import numpy as np
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
-from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_config, side_controller, side_shape
+from esp_trainer.coevolution.sides import new_sides, side_config, side_controller, side_shape
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team, as_candidates
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from esp_trainer.run.checkpoint import load_checkpoint
+from esp_trainer.run.checkpoint import load_champions
 from esp_trainer.run.directory import RunDirectory, whole_lines
 from esp_trainer.run.trainer import record
 from esp_trainer.types import ROLES, Contestant, Evaluator, EvolvedTeams, Fixed, Role, ScriptedTeams, TeamBatch
@@ -107,13 +107,12 @@ class History:
         config = directory.read_config()
         if not directory.checkpoint_file.exists():
             raise FileNotFoundError(f"{path} has no checkpoint yet: there is nothing to analyse")
-        sides, done = load_checkpoint(directory.checkpoint_file, config)
+        champions, done = load_champions(directory.checkpoint_file, config)
         if not done:
             raise ValueError(f"{path} has no generation yet: there is nothing to analyse")
         lines = whole_lines(directory.metrics_file)[:done]
         if len(lines) < done:
             raise DamagedFileError(f"{directory.metrics_file} must hold {done} whole lines, got {len(lines)}")
-        champions = {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
         try:
             curves = curves_of(json.loads(line) for line in lines)
         except (ValueError, KeyError, TypeError) as error:

@@ -14,11 +14,11 @@ from esp_trainer.analysis.genealogy import Genealogy, of_run
 from esp_trainer.analysis.history import History, curve_names, curves_of, payoff_curve
 from esp_trainer.analysis.pooling import cut_to_shortest
 from esp_trainer.coevolution.hall_of_fame import kept_generations
-from esp_trainer.coevolution.sides import EvolvingSide, side_config, side_controller
+from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
-from esp_trainer.run.checkpoint import load_checkpoint
+from esp_trainer.run.checkpoint import load_champions
 from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.types import ROLES, Role
 from predprey_env.settings import counted
@@ -144,8 +144,7 @@ def _champions(
     They are read from the checkpoint, or if that fails from the champions' own files, up to the first damaged file.
     """
     try:
-        sides, done = load_checkpoint(directory.checkpoint_file, config)
-        found = {r: s.hall_of_fame.champions.copy() for r, s in sides.items() if isinstance(s, EvolvingSide)}
+        found, done = load_champions(directory.checkpoint_file, config)
         return found, kept_generations(done, config.esp.hof_size)
     except FileNotFoundError:
         pass  # the run has just begun, so this is not worth a note

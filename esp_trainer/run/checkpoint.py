@@ -14,10 +14,10 @@ from esp_trainer.algorithm import Algorithm
 from esp_trainer.algorithms.registry import algorithm_name, failures_told, state_of
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
-from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides, side_config
+from esp_trainer.coevolution.sides import EvolvingSide, Side, new_hall_of_fame, new_sides, side_config
 from esp_trainer.config import RunConfig
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
-from esp_trainer.types import Role, ScriptedTeams
+from esp_trainer.types import ROLES, Role, ScriptedTeams
 from predprey_env.settings import PartError
 
 NO_MATTER = ("generations", "checkpoint_every", "genealogy")
@@ -64,7 +64,29 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
         generations, progress = int(header["generations"]), header["sides"]
     sides = new_sides(config, league)  # if a class of the user's cannot be imported, the file is not to blame
     with _usable(path):
-        return _restore(sides, config, arrays, progress, generations), generations
+        for role, side in sides.items():
+            if isinstance(side, EvolvingSide):
+                _restore_algorithm(side.algorithm, role, arrays)
+                fame = _hall_of_fame(side.hall_of_fame, role, config, arrays, generations)
+                best = progress[role]["best"]
+                best = -np.inf if best is None else float(best)
+                sides[role] = EvolvingSide(side.algorithm, fame, best, int(progress[role]["stagnant"]))
+    return sides, generations
+
+
+def load_champions(path: Path, config: RunConfig) -> tuple[dict[Role, np.ndarray], int]:
+    """Return the champions in the hall of fame of each side that evolves, and the number of generations behind them.
+
+    The algorithms are not restored: one that was told all again would take seconds.
+    """
+    with _usable(path):
+        header, arrays = _read(path, config)
+        generations = int(header["generations"])
+    evolving = [role for role in ROLES if side_config(config, role).policy == "esp"]
+    empty = {role: new_hall_of_fame(config, role) for role in evolving}
+    with _usable(path):
+        halls = {role: _hall_of_fame(fame, role, config, arrays, generations) for role, fame in empty.items()}
+    return {role: fame.champions.copy() for role, fame in halls.items()}, generations
 
 
 def generations_in(path: Path, config: RunConfig) -> int:
@@ -122,39 +144,24 @@ def _algorithm(side: Side) -> str:
     return algorithm_name(side.algorithm if isinstance(side, EvolvingSide) else side)
 
 
-def _restore(
-    sides: dict[Role, Side],
-    config: RunConfig,
-    arrays: dict[str, np.ndarray],
-    progress: dict[str, Any],
-    generations: int,
-) -> dict[Role, Side]:
-    """Return new sides with the genomes, the hall of fame and the progress of a checkpoint."""
-    for role, side in sides.items():
-        if not isinstance(side, EvolvingSide):
-            continue
-        fame = arrays[f"{role}.hall_of_fame"]
-        _restore_algorithm(side.algorithm, role, arrays)
-        kept, size = kept_generations(generations, config.esp.hof_size), config.esp.hof_size
-        met = arrays.get(f"{role}.met", np.zeros((len(fame), 2)))  # older checkpoints have none
-        _check(f"{role}.met", met, (len(fame), 2), np.float64)
-        if len(fame) == generations:  # written before halls of fame were bounded
-            fame, met = fame[kept], met[kept]
-        _check(f"{role}.hall_of_fame", fame, (len(kept), *side.hall_of_fame.champions.shape[1:]))
-        guests = side.hall_of_fame.guests  # of the league; with exploiters, the checkpoint has all
-        if config.esp.exploiters_every:
-            guests = arrays[f"{role}.guests"]
-            _check(f"{role}.guests", guests, (len(guests), *side.hall_of_fame.champions.shape[1:]))
-        guests_met = arrays[f"{role}.guests_met"] if len(guests) else np.zeros((0, 2))
-        _check(f"{role}.guests_met", guests_met, (len(guests), 2), np.float64)
-        best = progress[role]["best"]
-        sides[role] = EvolvingSide(
-            side.algorithm,
-            HallOfFame(fame, size, generations, np.vstack([guests_met, met]), guests),
-            -np.inf if best is None else float(best),
-            int(progress[role]["stagnant"]),
-        )
-    return sides
+def _hall_of_fame(
+    empty: HallOfFame, role: Role, config: RunConfig, arrays: dict[str, np.ndarray], generations: int
+) -> HallOfFame:
+    """Return a side's hall of fame from a checkpoint; ``empty`` is that of the first generation."""
+    fame = arrays[f"{role}.hall_of_fame"]
+    kept, size = kept_generations(generations, config.esp.hof_size), config.esp.hof_size
+    met = arrays.get(f"{role}.met", np.zeros((len(fame), 2)))  # older checkpoints have none
+    _check(f"{role}.met", met, (len(fame), 2), np.float64)
+    if len(fame) == generations:  # written before halls of fame were bounded
+        fame, met = fame[kept], met[kept]
+    _check(f"{role}.hall_of_fame", fame, (len(kept), *empty.champions.shape[1:]))
+    guests = empty.guests  # of the league; with exploiters, the checkpoint has all
+    if config.esp.exploiters_every:
+        guests = arrays[f"{role}.guests"]
+        _check(f"{role}.guests", guests, (len(guests), *empty.champions.shape[1:]))
+    guests_met = arrays[f"{role}.guests_met"] if len(guests) else np.zeros((0, 2))
+    _check(f"{role}.guests_met", guests_met, (len(guests), 2), np.float64)
+    return HallOfFame(fame, size, generations, np.vstack([guests_met, met]), guests)
 
 
 def _restore_algorithm(algorithm: Algorithm, role: Role, arrays: dict[str, np.ndarray]) -> None:

@@ -9,10 +9,9 @@ from pathlib import Path
 
 from esp_trainer.analysis.inference import summary
 from esp_trainer.coevolution.hall_of_fame import kept_generations
-from esp_trainer.coevolution.sides import EvolvingSide
 from esp_trainer.config import RunConfig
 from esp_trainer.files import write_table
-from esp_trainer.run.checkpoint import load_checkpoint
+from esp_trainer.run.checkpoint import load_champions
 from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.sweep.plan import PlannedRun
 
@@ -49,14 +48,13 @@ def is_whole(path: Path, run: PlannedRun) -> bool:
     """
     directory, config = RunDirectory(path), run.config
     try:
-        sides, done = load_checkpoint(directory.checkpoint_file, config)
+        champions, done = load_champions(directory.checkpoint_file, config)
         if not directory.config_file.exists() or len(records(directory.metrics_file)) != done:
             return False
     except (OSError, ValueError):
         return False
     kept = kept_generations(done, config.esp.hof_size).tolist()
-    evolving = [role for role, side in sides.items() if isinstance(side, EvolvingSide)]
-    return done == config.generations and all(directory.champion_generations(role) == kept for role in evolving)
+    return done == config.generations and all(directory.champion_generations(role) == kept for role in champions)
 
 
 def result_of(path: Path, run: PlannedRun, reason: str | None) -> RunResult:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from race.measure import GENERATIONS, Arrays, behaviours, is_measured, keep, measured_file
 from study import in_processes
+from tqdm import tqdm
 
 from esp_trainer.analysis.comparison import caught_by_each, held_out_opponents, scripts
 from esp_trainer.analysis.cross_play import cross_play
@@ -27,12 +28,10 @@ def measure_all(place: Path, runs: Sequence[PlannedRun], kept: Path, workers: in
     """Measure runs, each in a process of its own, and keep all measurements in one file, a run a row."""
     jobs = [(place, run) for run in runs if not is_measured(place, run)]
     in_processes(_measure_run, jobs, workers, "measuring")
-    jobs = [(place, run, runs) for run in runs if not _is_met(place, run, runs)]
-    in_processes(_meet, jobs, workers, "all against all")
     each = [dict(np.load(measured_file(place, run))) for run in runs]
     arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
     arrays["condition"] = np.array([run.cell for run in runs])
-    arrays["met"] = np.stack([np.load(_met_file(place, run))["met"] for run in runs])
+    arrays["met"] = _met(place, runs, workers)
     kept.parent.mkdir(parents=True, exist_ok=True)
     with kept.open("wb") as stream:
         np.savez_compressed(stream, **arrays)
@@ -50,29 +49,16 @@ def _measure_run(place: Path, run: PlannedRun) -> None:
     keep(measured_file(place, run), found | behaviours(history, evaluator, generations))
 
 
-def _meet(place: Path, run: PlannedRun, runs: Sequence[PlannedRun]) -> None:
-    """Keep the fraction of prey that the last predators of a run catch of each run's last prey, ``(n_runs,)``."""
-    predators, evaluator = _last(place, run, "predators"), FusedEvaluator(run.config.env, threads=1)
-    caught = [
-        cross_play(predators, _last(place, each, "prey"), evaluator, n_episodes=EPISODES).payoff.mean() for each in runs
-    ]
-    keep(_met_file(place, run), {"met": np.array(caught, np.float32), "runs": _configs(runs)})
+def _met(place: Path, runs: Sequence[PlannedRun], workers: int) -> np.ndarray:
+    """Return the fraction of prey that each run's last predators (rows) catch of each run's last prey (columns)."""
+    histories = [History.of_run(place / run.name) for run in tqdm(runs, desc="reading", unit="run")]
+    last: dict[Role, list[TeamBatch]] = {
+        role: [each.entrants(role, each.sample(GENERATIONS)[-LAST:]) for each in histories] for role in ROLES
+    }
+    evaluator = FusedEvaluator(histories[0].config.env, threads=workers)
 
+    def caught(predators: TeamBatch, prey: TeamBatch) -> float:
+        return float(cross_play(predators, prey, evaluator, n_episodes=EPISODES).payoff.mean())
 
-def _last(place: Path, run: PlannedRun, role: Role) -> TeamBatch:
-    history = History.of_run(place / run.name)
-    return history.entrants(role, history.sample(GENERATIONS)[-LAST:])
-
-
-def _met_file(place: Path, run: PlannedRun) -> Path:
-    return place / "measured" / f"{run.name}-met.npz"
-
-
-def _is_met(place: Path, run: PlannedRun, runs: Sequence[PlannedRun]) -> bool:
-    """Return whether a run has met these very runs."""
-    file = _met_file(place, run)
-    return file.exists() and bool(np.array_equal(np.load(file)["runs"], _configs(runs)))
-
-
-def _configs(runs: Sequence[PlannedRun]) -> np.ndarray:
-    return np.array([run.config.model_dump_json() for run in runs])
+    rows = tqdm(last["predators"], desc="all against all", unit="run")
+    return np.array([[caught(predators, prey) for prey in last["prey"]] for predators in rows], np.float32)

@@ -13,7 +13,9 @@ import pytest
 from esp_trainer.algorithms import WholeTeams
 from esp_trainer.algorithms.ask_tell import AskTell
 from esp_trainer.algorithms.registry import failures_told
+from esp_trainer.analysis.history import History
 from esp_trainer.cli import main
+from esp_trainer.esp.team import Team
 from esp_trainer.types import Fitness
 from predprey_env.settings import PartError
 
@@ -135,6 +137,13 @@ def test_a_state_that_cannot_be_taken_on_is_no_damaged_file(tmp_path: Path, caps
     assert main(["resume", str(tmp_path / "run"), "--generations", "3"]) == 1
     *_, last = capsys.readouterr().err.splitlines()
     assert_told(r"algorithm .* failed in restore\(\): KeyError: 'tems' \(test_mistakes.py, line \d+\)", last)
+
+
+def test_champions_are_read_without_the_state_of_an_algorithm(tmp_path: Path) -> None:
+    assert train(RestoresBadly, tmp_path / "run") == 0
+    history = History.of_run(tmp_path / "run")
+    last = Team.load(tmp_path / "run" / "champions" / "predators-00001.safetensors")
+    np.testing.assert_array_equal(history.team("predators", 1).genomes, last.genomes)
 
 
 def test_what_ships_fails_as_it_is() -> None:
