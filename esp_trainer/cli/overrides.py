@@ -38,10 +38,10 @@ def read_options(options: list[str]) -> dict[str, Any]:
         option = pending.pop(0)
         if not option.startswith("--"):
             raise ValueError(f"expected an option like --seed 3, got {option!r}")
-        name, given, value = option[2:].partition("=")
-        name = name.replace("-", "_")
+        typed, given, value = option[2:].partition("=")
+        name = typed.replace("-", "_")
         if name not in FIELDS:
-            raise ValueError(f"unknown option --{name}{_hint(name)}")
+            raise ValueError(f"unknown option --{typed}{_hint(name)}")
         if not given:
             if not pending:
                 raise ValueError(f"--{name} needs a value")

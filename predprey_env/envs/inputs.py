@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from predprey_env.settings import counted, plain, whole_numbers
+from predprey_env.settings import counted, plain, whole_number, whole_numbers
 
 _MODES = {mode.value.lower(): mode for mode in AutoresetMode}
 
@@ -33,7 +33,7 @@ def read_n_worlds(n_worlds: int | None, num_envs: int | None) -> int:
     if len(given) != 1:
         got = "neither" if not given else f"{n_worlds!r} and {num_envs!r}"
         raise ValueError(f"n_worlds must be given, or under its other name num_envs, got {got}")
-    return given[0]
+    return whole_number("n_worlds" if num_envs is None else "num_envs", given[0], 1)
 
 
 def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> np.ndarray:

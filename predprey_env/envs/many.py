@@ -16,7 +16,7 @@ from predprey_env.envs.options import Options, read_options
 from predprey_env.envs.pictures import RENDER_FPS, RENDER_MODES, Painters, Pictured, Pictures
 from predprey_env.envs.worlds import Scratch, Worlds, make_scratch, make_worlds, place, score
 from predprey_env.rules.starts import draw_each, given_starts
-from predprey_env.settings import brief, whole_number
+from predprey_env.settings import brief
 
 
 class ManyWorlds(Timed):
@@ -44,7 +44,7 @@ class ManyWorlds(Timed):
                 f"in a vector env captured_prey must be 'inert', as all rows stay, got {config.captured_prey!r}"
             )
         self._config, self._rules = config, config.rules
-        self._n_worlds = n_worlds = whole_number("n_worlds", n_worlds, 1)
+        self._n_worlds = n_worlds
         self._render_mode, self._painters = pictured.mode, Painters(config, pictured)
         self._metadata = {"name": "predprey_vector_v0", "render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}
         self._autoreset_mode = self._metadata["autoreset_mode"] = read_mode(autoreset_mode)

@@ -55,14 +55,12 @@ def _of_task(arrays: Arrays, behaviours: Sequence[str]) -> dict[str, str]:
 def _best(task: str, arrays: Arrays) -> str:
     """Return which condition's sides do best against all others, and what the first condition's do."""
     sides = []
-    for role, done in zip(ROLES, ("are caught", "escape"), strict=True):
+    for role, does in zip(ROLES, ("catch", "escape"), strict=True):
         means = {name: values.mean() for name, values in _by_condition(arrays, against_all(arrays, role)).items()}
         best, first = max(means, key=lambda name: means[name]), next(iter(means))
-        compared = f" (`{first}`: {means[first]:.2f})" if best != first else ""
-        sides.append(
-            f"the {role} of `{best}` do best against all others: {means[best]:.2f} of the prey {done}{compared}"
-        )
-    return f"With {task} {' and '.join(sides)}."
+        compared = f"; `{first}`: {means[first]:.2f}" if best != first else ""
+        sides.append(f"the {role} of `{best}` {does} most ({means[best]:.2f} of the prey{compared})")
+    return f"Against all others with {task}, {' and '.join(sides)}."
 
 
 def _by_condition(arrays: Arrays, values: np.ndarray) -> Values:

@@ -69,6 +69,8 @@ def test_a_number_of_worlds_that_is_none_is_refused(n_worlds: Any) -> None:
     with pytest.raises(ValueError) as refused:  # noqa: PT011  # the whole text is compared
         vector_env(n_worlds, "prey", "random")
     assert str(refused.value) == f"n_worlds must be an integer of at least 1, got {plain(n_worlds)!r}"
+    with pytest.raises(ValueError, match=r"^num_envs must be an integer of at least 1, got "):
+        vector_env(team="prey", opponent="random", num_envs=n_worlds)
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def test_fields_that_are_only_right_together_may_come_in_any_order() -> None:
     [
         (["--sed", "3"], "unknown option --sed; did you mean --seed?"),
         (["--n_prey", "3"], "unknown option --n_prey; did you mean --env.n_prey?"),
-        (["--n-trials=3"], "unknown option --n_trials; did you mean --esp.n_trials?"),
+        (["--n-trials=3"], "unknown option --n-trials; did you mean --esp.n_trials?"),
         (["--esp.n_trails", "3"], "unknown option --esp.n_trails; did you mean --esp.n_trials?"),
         (["--ouput", "3"], "unknown option --ouput; did you mean --out?"),
         (["--quite"], "unknown option --quite; did you mean --quiet?"),
