@@ -1,8 +1,8 @@
 """What a replaced part does to a race: the studies of algorithms and of senses, from nothing to their pages.
 
 The runs are those of ``studies/*.toml``. The script does the runs that are missing, measures them, and writes
-``docs/algorithms.md`` and ``docs/senses.md``. It can be stopped at any moment and started again. The whole takes some
-four hours on two cores.
+``docs/algorithms.md`` and ``docs/senses.md``. It can be stopped at any moment and started again. The runs
+of one prey take some two and a half hours of CPU.
 
     python scripts/compare_parts.py                    # into docs/
     python scripts/compare_parts.py --only senses-3v1  # the runs of these plans
