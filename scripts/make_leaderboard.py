@@ -46,7 +46,9 @@ def main() -> None:
         write(options.out, read(options.out))
         return
     others = {title: rows for title, rows in read(options.out).items() if title.partition(",")[0] not in options.tasks}
-    write(options.out, others)
+    options.out.unlink(missing_ok=True)
+    if others:
+        write(options.out, others)
     todo = [candidate for candidate in candidates() if candidate[3] in options.tasks]
     episodes = EPISODES
     if options.quick:

@@ -68,7 +68,7 @@ def assert_same(one: Meeting, other: Meeting) -> None:
 
 
 @pytest.mark.parametrize("role", ROLES)
-@pytest.mark.parametrize("task", ["pond", "meadow", "3v1", "3v2"])
+@pytest.mark.parametrize("task", WORLDS)
 def test_an_evolved_candidate_plays_outside_as_it_does_in_compiled_code(task: str, role: Role):
     arena, mine = Arena(WORLDS[task], 12, seed=4), evolved(task, role)
     scripts = [ScriptedTeams(script) for script in SCRIPTS[other_team(role)] if script != "random"]

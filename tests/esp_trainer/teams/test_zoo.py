@@ -29,10 +29,9 @@ from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
 TEAMS = known_teams()
-WITH_ZOO = ("pond", "meadow", "3v1", "3v2")
 NAMES = list(TEAMS)
 SHIPPED = zoo.PLACE
-FORM = re.compile(r"(held-out/)?[a-z]+-(3v[12]|pond|meadow)/(predators|prey)/seed-\d+-(early|middle|late)")
+FORM = re.compile(r"(held-out/)?[a-z]+-(3v[12]|pond|meadow|steppe)/(predators|prey)/seed-\d+-(early|middle|late)")
 
 
 def test_names_say_what_teams_are():
@@ -45,12 +44,12 @@ def test_names_say_what_teams_are():
 
 def test_the_directory_holds_just_what_the_index_describes():
     files = {str(path.relative_to(zoo.PLACE).with_suffix("")) for path in zoo.PLACE.rglob("*.safetensors")}
-    assert files == {*NAMES, *(f"cross-play-{task}" for task in WITH_ZOO)}
+    assert files == {*NAMES, *(f"cross-play-{task}" for task in WORLDS)}
 
 
 def test_each_task_has_teams_of_both_sides_in_every_stage_held_out_and_not():
     kinds = {(team.task, team.role, team.stage, team.held_out) for team in TEAMS.values()}
-    assert len(kinds) == len(WITH_ZOO) * 2 * 3 * 2
+    assert len(kinds) == len(WORLDS) * 2 * 3 * 2
 
 
 def test_the_seeds_of_held_out_teams_are_nobody_elses():
@@ -77,7 +76,7 @@ def _teams(name: str, role: Role) -> TeamBatch:
     return ScriptedTeams(name) if name in SCRIPTS[role] else load_team(name).as_teams(1)
 
 
-@pytest.mark.parametrize("task", WITH_ZOO)
+@pytest.mark.parametrize("task", WORLDS)
 def test_the_matrix_is_what_a_replay_gives(task: str):
     known, evaluator = load_zoo(task), FusedEvaluator(WORLDS[task])
     for row in (0, 7, len(known.predators) - 1):
@@ -87,7 +86,7 @@ def test_the_matrix_is_what_a_replay_gives(task: str):
             assert played.captured.sum() == known.captured[row, column]
 
 
-@pytest.mark.parametrize("task", WITH_ZOO)
+@pytest.mark.parametrize("task", WORLDS)
 def test_scores_and_ratings_follow_from_the_matrix(task: str):
     known = load_zoo(task)
     assert known.n_prey == WORLDS[task].n_prey
@@ -165,7 +164,7 @@ def test_a_name_that_there_is_not_gets_the_nearest():
 
 
 def test_a_task_that_there_is_not_is_told_with_those_that_there_are():
-    with pytest.raises(ValueError, match=r"^task must be one of 3v1, 3v2, meadow, pond, got '2v2'$"):
+    with pytest.raises(ValueError, match=r"^task must be one of 3v1, 3v2, meadow, pond, steppe, got '2v2'$"):
         load_zoo("2v2")
 
 
