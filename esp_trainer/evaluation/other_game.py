@@ -162,9 +162,21 @@ def _course(env: Environment, seed: int) -> list[dict[str, Any]]:
     course: list[dict[str, Any]] = [{agent: np.asarray(seen).tolist() for agent, seen in observations.items()}]
     while env.agents and len(course) <= _CHECKED_STEPS:
         actions = {agent: int(generator.integers(env.action_space(agent).n)) for agent in env.agents}
-        observations, rewards, *_ = env.step(actions)
+        observations, rewards = _stepped(env, actions)
         course.append({f"reward of {agent}": float(reward) for agent, reward in rewards.items()})
         course[-1]["end"] = not env.agents
         if env.agents:
             course[-1] |= {agent: np.asarray(seen).tolist() for agent, seen in observations.items()}
     return course
+
+
+def _stepped(env: Environment, actions: dict[str, int]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Return what a step observes and pays; raise :class:`GameError` unless it returns what PettingZoo asks for."""
+    told, step = env.step(actions), f"step() of {type(env).__name__}"
+    if len(told) != 5:
+        names = "observations, rewards, terminations, truncations and infos"
+        raise GameError(f"{step} must return {names}, got {len(told)} values")
+    unpaid = [agent for agent in actions if agent not in told[1]]
+    if unpaid:
+        raise GameError(f"{step} must return a reward of each agent that acted, got none of {', '.join(unpaid)}")
+    return told[0], told[1]

@@ -147,6 +147,10 @@ class Broken(Ring):
             observations["runner_0"] = np.zeros(5, np.float32)
         if self.how == "rewards":
             rewards["runner_0"] = "much"
+        if self.how == "unpaid":
+            del rewards["chaser_1"]
+        if self.how == "four":
+            rest.pop()
         if self.how == "nan":
             rewards["runner_0"] = float("nan")
         if self.how == "killed" or (self.how == "killed once" and not Path("died").exists()):
@@ -256,6 +260,14 @@ def test_an_episode_without_an_end_is_refused(faulty: Any, monkeypatch: pytest.M
 def test_a_game_that_pays_nan_is_told_so(faulty: Any) -> None:
     with pytest.raises(GameError, match=r"^faulty:Broken must give finite numbers, got nan as reward of runner_0$"):
         check_repeats(faulty("Broken", how="nan").game)
+
+
+def test_a_step_that_leaves_something_out_is_refused(faulty: Any) -> None:
+    message = r"^step\(\) of Broken must return a reward of each agent that acted, got none of chaser_1$"
+    with pytest.raises(GameError, match=message):
+        check_repeats(faulty("Broken", how="unpaid").game)
+    with pytest.raises(GameError, match=r"^step\(\) of Broken must return observations, .* and infos, got 4 values$"):
+        check_repeats(faulty("Broken", how="four").game)
 
 
 @pytest.mark.parametrize("name", ["Unseeded", "Stateful"])
