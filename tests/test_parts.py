@@ -48,5 +48,5 @@ def test_the_studies_run_in_small(tmp_path: Path) -> None:
     command = [sys.executable, str(SCRIPTS / "compare_parts.py"), "--quick", "--only", "senses-3v1"]
     subprocess.run([*command, "--runs", str(tmp_path / "runs"), "--out", str(tmp_path)], check=True)
     page = (tmp_path / "senses.md").read_text()
-    assert "`memory`" in page
+    assert "`team-mates`" in page
     assert (tmp_path / "senses" / "level.png").stat().st_size > 10_000

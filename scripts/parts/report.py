@@ -81,11 +81,15 @@ def against_all(arrays: Arrays, role: Role) -> np.ndarray:
 
     Every condition counts alike, and a run's own opponents, which it evolved with, do not count.
     """
-    conditions = arrays["condition"]
-    caught = np.where(np.eye(len(conditions), dtype=bool), np.nan, arrays["met"])
+    conditions, caught = arrays["condition"], _of_others(arrays)
     reached = caught if role == "predators" else 1 - caught.T
     of_each = [np.nanmean(reached[:, conditions == name], axis=1) for name in dict.fromkeys(conditions)]
     return np.asarray(np.mean(of_each, axis=0))
+
+
+def _of_others(arrays: Arrays) -> np.ndarray:
+    """Return what each run's predators (rows) catch of each run's prey (columns), nan for its own."""
+    return np.where(np.eye(len(arrays["met"]), dtype=bool), np.nan, arrays["met"])
 
 
 def _means(columns: Mapping[str, Values]) -> str:
@@ -108,9 +112,8 @@ def _differences(columns: Mapping[str, Values]) -> str:
 
 def _met(arrays: Arrays) -> str:
     """Return a table of the fraction of prey that each condition's predators catch of each condition's prey."""
-    conditions = arrays["condition"]
+    conditions, caught = arrays["condition"], _of_others(arrays)
     names = list(dict.fromkeys(conditions))
-    caught = np.where(np.eye(len(conditions), dtype=bool), np.nan, arrays["met"])
     rows = [
         [f"`{mine}`", *(f"{np.nanmean(caught[np.ix_(conditions == mine, conditions == its)]):.2f}" for its in names)]
         for mine in names
