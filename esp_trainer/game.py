@@ -18,7 +18,7 @@ from esp_trainer.types import ROLES, Role
 from predprey_env.agents import agent_number
 from predprey_env.config import TeamShape
 from predprey_env.plugins import find_object
-from predprey_env.settings import PartError, Settings, brief
+from predprey_env.settings import PartError, Settings, brief, error_line
 
 Environment: TypeAlias = Any
 """A ``pettingzoo.ParallelEnv``. Environments are told by their methods, as some that ship with PettingZoo are."""
@@ -63,7 +63,7 @@ def in_one_line(environment: str, doing: str) -> Iterator[None]:
     except GameError:
         raise
     except Exception as error:
-        raise GameError(f"{environment} failed {doing}: {type(error).__name__}: {error}") from error
+        raise GameError(f"{environment} failed {doing}: {error_line(error)}") from error
 
 
 class GameConfig(Settings):
@@ -130,7 +130,7 @@ def make_environment(config: GameConfig) -> Environment:
     try:
         env = make(**config.options)
     except Exception as error:
-        raise GameError(f"game.environment {name} cannot be made: {type(error).__name__}: {error}") from None
+        raise GameError(f"game.environment {name} cannot be made: {error_line(error)}") from None
     missing = [f"{method}()" for method in _METHODS if not callable(getattr(env, method, None))]
     missing += ["possible_agents"] if not hasattr(env, "possible_agents") else []
     if missing:

@@ -146,7 +146,7 @@ def no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
     """Return teams for no trial: of a controller, or a script."""
     if controller is None:
         return ScriptedTeams("random")
-    n_genomes, (n_networks, n_hidden, n_genes) = n_agents // controller.n_together, controller.shape
+    n_genomes, (n_networks, n_hidden, n_genes) = controller.n_genomes(n_agents), controller.shape
     genomes = np.zeros((n_genomes, n_networks, n_hidden, 1, n_genes), np.float32)
     return EvolvedTeams(controller, genomes, np.zeros((0, n_genomes, n_networks, n_hidden), np.int64))
 

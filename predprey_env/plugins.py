@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from predprey_env.settings import PartError
+from predprey_env.settings import PartError, error_line
 
 
 def import_here(name: str) -> ModuleType:
@@ -60,5 +60,4 @@ def find_object(part: str, place: str, name: str = "") -> Any:
     try:
         return getattr(import_here(module), attribute)
     except Exception as error:
-        line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise PartError(f"{part} {name or place} cannot be imported: {line}") from None
+        raise PartError(f"{part} {name or place} cannot be imported: {error_line(error)}") from None

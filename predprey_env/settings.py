@@ -213,6 +213,11 @@ def brief(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
+def error_line(error: BaseException) -> str:
+    """Return the type and the message of an error, on one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
 def counted(n: int, noun: str) -> str:
     """Return a number and its noun for a message: ``1 run``, ``2 runs``, ``2 prey``."""
     return f"{n} {noun}{'' if n == 1 or noun == 'prey' else 's'}"

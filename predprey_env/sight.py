@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from predprey_env.jit.generic import Generic
 from predprey_env.jit.values import FloatRows, IntegerRows
 from predprey_env.plugins import find_class
-from predprey_env.settings import brief
+from predprey_env.settings import brief, error_line
 
 SIGHTS = {"offsets": "predprey_env.sight:Sight"}
 """Name -> class of each observation that ships, as ``module:Class``."""
@@ -161,8 +161,7 @@ def check_sight(name: str, n_agents: int, n_opponents: int, size: int) -> None:
             np.broadcast_to(np.asarray(each, np.float32), n_seen) for each in sight.bounds(n_agents, n_opponents, size)
         ]
     except Exception as error:
-        line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"observation {name} cannot be used: {line}") from None
+        raise ValueError(f"observation {name} cannot be used: {error_line(error)}") from None
     if isinstance(n_seen, bool) or not isinstance(n_seen, (int, np.integer)) or n_seen < 2:
         raise ValueError(f"n_seen() of observation {name} must return an integer of at least 2, got {brief(n_seen)}")
     if len(lengths) != 1 or min(lengths) < 2 or not set(entries) <= set(range(n_seen)):

@@ -12,7 +12,7 @@ import numpy as np
 
 from esp_trainer.algorithm import Algorithm
 from predprey_env.plugins import find_class
-from predprey_env.settings import PartError
+from predprey_env.settings import PartError, error_line
 
 ALGORITHMS = {
     "esp": "esp_trainer.esp.subpopulations:Subpopulations",
@@ -59,8 +59,7 @@ def failures_told(name: str, call: str) -> Iterator[None]:
             raise
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}, line {last.lineno}"
-        line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise PartError(f"algorithm {name} failed in {call}: {line} ({where})") from error
+        raise PartError(f"algorithm {name} failed in {call}: {error_line(error)} ({where})") from error
 
 
 def state_of(algorithm: Algorithm) -> Mapping[str, np.ndarray]:

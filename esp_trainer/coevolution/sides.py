@@ -76,7 +76,8 @@ def new_sides(config: RunConfig, league: League = NO_LEAGUE) -> dict[Role, Side]
 def new_hall_of_fame(config: RunConfig, role: Role, league: League = NO_LEAGUE) -> HallOfFame:
     """Return the hall of fame of a side that evolves before the first generation, without its algorithm."""
     controller = side_controller(config, role)
-    nobody = np.empty((0, _n_genomes(config, role, controller), *controller.shape), np.float32)
+    n_genomes = controller.n_genomes(side_shape(config, role).n_agents)
+    nobody = np.empty((0, n_genomes, *controller.shape), np.float32)
     return HallOfFame(nobody, config.esp.hof_size, guests=league.genomes.get(role))
 
 
@@ -87,16 +88,11 @@ def _new_side(config: RunConfig, role: Role, league: League) -> Side:
     return EvolvingSide(_started(config, role), new_hall_of_fame(config, role, league))
 
 
-def _n_genomes(config: RunConfig, role: Role, controller: Controller) -> int:
-    """Return the number of genomes of a side's team."""
-    return side_shape(config, role).n_agents // controller.n_together
-
-
 def _started(config: RunConfig, role: Role) -> Algorithm:
     """Return the algorithm of a side before the first generation."""
     kind, options = _algorithm_class(config, role), side_config(config, role).algorithm_options
     controller = side_controller(config, role)
-    n_genomes = _n_genomes(config, role, controller)
+    n_genomes = controller.n_genomes(side_shape(config, role).n_agents)
     generator = stream(config.seed, f"initial {role}")
     try:
         with failures_told(side_config(config, role).algorithm, "start()"):

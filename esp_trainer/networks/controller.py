@@ -80,6 +80,10 @@ class Controller(NamedTuple):
         """Shape of one genome: ``(n_networks, n_hidden, n_genes)``, including the combiner."""
         return len(self.fan_in), self.n_hidden, self.n_genes
 
+    def n_genomes(self, n_agents: int) -> int:
+        """Return the number of genomes of a team: one for each agent, or one for all if the controller is central."""
+        return n_agents // self.n_together
+
     @property
     def n_seen(self) -> int:
         """Length of one agent's observation, up to the last entry that a network reads."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from esp_trainer.networks.protocol import respond
 from predprey_env.plugins import find_class
-from predprey_env.settings import brief
+from predprey_env.settings import brief, error_line
 
 NETWORKS = {
     "feedforward": "esp_trainer.networks.feedforward:FeedForward",
@@ -37,8 +37,7 @@ def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
         n_memory, n_genes = kind.memory(n_hidden), kind.genes(2, n_actions, n_hidden)
         network = kind(n_hidden=n_hidden, n_genes=0, n_memory=n_memory, blank=(np.float32(0.0),) * n_actions)
     except Exception as error:
-        line = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"network {name} cannot be made: {line}") from None
+        raise ValueError(f"network {name} cannot be made: {error_line(error)}") from None
     _check_number(name, "memory", n_memory, 0)
     _check_number(name, "genes", n_genes, 1)
     return network

@@ -41,7 +41,7 @@ class Layout:
         """Return the layout of one side of a run."""
         controller, esp = side_controller(config, role), config.esp
         genome = [used for used in controller.used_genes for _ in range(controller.n_hidden)]
-        n_genomes = side_shape(config, role).n_agents // controller.n_together
+        n_genomes = controller.n_genomes(side_shape(config, role).n_agents)
         return cls(tuple(genome * n_genomes), esp.subpopulation_size, esp.n_elite, esp.hof_mates)
 
     @property

@@ -13,7 +13,7 @@ from predprey_env.agents import read_action
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies.protocol import Player, Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
-from predprey_env.settings import brief
+from predprey_env.settings import brief, error_line
 from predprey_env.sight import AnySight, observe
 
 Function: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
@@ -131,10 +131,9 @@ def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
     try:
         return copy.deepcopy(policy)
     except Exception as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(
-            f"{whose} memory cannot be copied for each world: {reason}; give it a __deepcopy__(), or give a function "
-            "that calls its act(), which all worlds share"
+            f"{whose} memory cannot be copied for each world: {error_line(error)}; give it a __deepcopy__(), or give a "
+            "function that calls its act(), which all worlds share"
         ) from error
 
 
