@@ -1,7 +1,7 @@
 """Does the race go on? The runs of ``docs/race-protocol.md``, from nothing to ``docs/race.md``.
 
-Each task has a sweep of conditions and one of held-out opponents, ``race/*.toml``. The script does the runs that are
-missing, measures them, keeps the measurements of each condition that is complete, and writes the page. It can be
+Each task has a sweep of conditions and one of held-out opponents, ``race/*.toml``. The script does the runs whose
+measurements are not kept yet, measures them, keeps that, a condition a file, and writes the page. It can be
 stopped at any moment and started again. The whole takes many hours on two cores; ``--quick`` does all of it in small,
 to see that it works (its figures mean nothing).
 
@@ -21,7 +21,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it too
 
 from race import report
-from race.measure import gather, measure_all
+from race.measure import gather, kept_rows, measure_all
 from study import SMALL, evolve
 
 from esp_trainer.cores import cores
@@ -47,13 +47,11 @@ def main() -> None:
     options.out = options.out or Path("runs/race-quick" if options.quick else "docs")
     kept = options.out / "race" / "data"
     for task in options.tasks:
-        panel, runs = (_plan(f"{kind}-{task}", options.quick) for kind in ("panel", "conditions"))
-        if not options.report:
-            if options.only:
-                runs = [run for run in runs if run.cell in options.only]
-            if options.seeds:
-                runs = [run for run in runs if _rank(run, runs) < options.seeds]
-            _do(options.runs / task, panel, runs, kept / task, options.workers)
+        panel, plan = (_plan(f"{kind}-{task}", options.quick) for kind in ("panel", "conditions"))
+        for condition in () if options.report else dict.fromkeys(run.cell for run in plan):
+            if not options.only or condition in options.only:
+                runs = [run for run in plan if run.cell == condition]
+                _do(options.runs / task, panel, runs, options.seeds or len(runs), kept / task, options.workers)
     report.write(kept, options.out)
 
 
@@ -70,15 +68,15 @@ def _rank(run: PlannedRun, plan: list[PlannedRun]) -> int:
     return [each.config.seed for each in plan if each.cell == run.cell].index(run.config.seed)
 
 
-def _do(place: Path, panel: list[PlannedRun], runs: list[PlannedRun], kept: Path, workers: int) -> None:
-    """Run and measure one condition after the other, so that the page can be read before all are done."""
-    evolve(place / "panel", panel, workers)
-    opponents = [place / "panel" / run.name for run in panel]
-    for condition in dict.fromkeys(run.cell for run in runs):
-        own = [run for run in runs if run.cell == condition]
-        evolve(place, own, workers)
-        measure_all(place, own, opponents, workers)
-        gather(place, own, kept)
+def _do(place: Path, panel: list[PlannedRun], runs: list[PlannedRun], n: int, kept: Path, workers: int) -> None:
+    """Do and measure the first ``n`` runs of a condition, but for those whose measurements are kept already."""
+    there = kept_rows(kept / f"{runs[0].cell}.npz")
+    todo = [run for run in runs[:n] if run.config.model_dump_json() not in there]
+    if todo:
+        evolve(place / "panel", panel, workers)
+        evolve(place, todo, workers)
+        measure_all(place, todo, [place / "panel" / run.name for run in panel], workers)
+        gather(place, runs, kept)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
@@ -19,6 +20,7 @@ TASKS = ["3v1", "3v2"]
 sys.path.insert(0, str(SCRIPTS))
 
 from race import endpoints  # noqa: E402
+from race.measure import gather, kept_rows, measured_file  # noqa: E402
 from race.report import write  # noqa: E402
 
 
@@ -74,6 +76,26 @@ def test_without_measurements_there_is_nothing_to_report(tmp_path: Path) -> None
         write(tmp_path, tmp_path)
 
 
+def test_runs_are_added_to_those_that_are_kept(tmp_path: Path) -> None:
+    """Seeds 101 and 100 are kept, from before two fields existed and from runs that are gone; seed 102 is new."""
+    runs = [run for run in read_plan(SCRIPTS / "race" / "conditions-3v1.toml") if run.cell == "paper"][:3]
+    told = [run.config.model_dump() for run in runs]
+    for each in told[:2]:
+        del each["prey"]["network"], each["genealogy"]
+    kept, file = tmp_path / "kept", measured_file(tmp_path / "runs", runs[2])
+    kept.mkdir()
+    np.savez(kept / "paper.npz", config=[json.dumps(told[i]) for i in (1, 0)], own=[[[0.1]], [[0.2]]], gone=[1, 2])
+    file.parent.mkdir(parents=True)
+    np.savez(file, config=np.array(runs[2].config.model_dump_json()), own=[[0.3]])
+    (tmp_path / "runs" / runs[2].name).mkdir()
+    for _ in range(2):
+        gather(tmp_path / "runs", runs, kept)
+        rows = kept_rows(kept / "paper.npz")
+        assert list(rows) == [run.config.model_dump_json() for run in runs]
+        assert [row["own"].tolist() for row in rows.values()] == [[[0.2]], [[0.1]], [[0.3]]]
+        assert all(row.keys() == {"config", "own"} for row in rows.values()), "what all of them have"
+
+
 @pytest.mark.parametrize("task", TASKS)
 def test_conditions_are_what_the_protocol_says(task: str) -> None:
     plan = read_plan(SCRIPTS / "race" / f"conditions-{task}.toml")
@@ -106,7 +128,7 @@ def test_the_page_is_made_of_the_measurements_that_are_kept(tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_the_whole_once_in_small(tmp_path: Path) -> None:
-    """Two runs of each condition; a second call does nothing but the page."""
+    """Three runs of each condition; a second call does nothing but the page, whatever became of the runs."""
     command = [sys.executable, str(SCRIPTS / "prove_race.py"), "--quick", "--tasks", "3v1", "--only", "race", "paper"]
     where = ["--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]
     first = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600)
@@ -120,6 +142,7 @@ def test_the_whole_once_in_small(tmp_path: Path) -> None:
     for link in links:
         assert (tmp_path / "out" / link).exists()
         assert (tmp_path / "out" / link).with_suffix(".csv").exists()
+    shutil.rmtree(tmp_path / "runs")
     again = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600)
     assert "done" not in again.stderr
     assert (tmp_path / "out" / "race.md").read_text() == page

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from esp_trainer.analysis.comparison import Opponents, caught_by_each, held_out_
 from esp_trainer.analysis.cross_play import PANEL, own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch
+from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.report.source import SPREADS, read
 from esp_trainer.run.directory import RunDirectory, records
@@ -129,16 +131,37 @@ def _responses(history: History, evaluator: FusedEvaluator) -> Arrays:
 
 
 def gather(place: Path, runs: Sequence[PlannedRun], kept: Path) -> None:
-    """Keep the measurements of each condition whose runs are all measured in one file, a seed a row."""
+    """Keep what is measured of the runs of each condition in one file, a run a row, beside what it keeps already."""
     for condition in dict.fromkeys(run.cell for run in runs):
-        own = [run for run in runs if run.cell == condition]
-        if not all(is_measured(place, run) for run in own):
-            continue
-        each = [dict(np.load(measured_file(place, run))) | _exploited(place / run.name) for run in own]
-        arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
-        kept.mkdir(parents=True, exist_ok=True)
-        with (kept / f"{condition}.npz").open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
+        file = kept / f"{condition}.npz"
+        rows = kept_rows(file)
+        for run in runs:
+            if run.cell == condition and is_measured(place, run):
+                rows[run.config.model_dump_json()] = _measurements(place, run)
+        each = [rows[key] for run in runs if run.cell == condition and (key := run.config.model_dump_json()) in rows]
+        if each:
+            shared = [name for name in each[0] if all(name in found for found in each)]
+            kept.mkdir(parents=True, exist_ok=True)
+            with file.open("wb") as stream:
+                np.savez_compressed(stream, **{name: np.stack([found[name] for found in each]) for name in shared})
+
+
+def kept_rows(file: Path) -> dict[str, Arrays]:
+    """Return the measurements of each run in a condition's file, by the run's config as it is written today."""
+    if not file.exists():
+        return {}
+    with np.load(file) as arrays:
+        whole = dict(arrays)
+    configs = [RunConfig.from_dict(json.loads(str(config))) for config in whole["config"]]
+    return {
+        config.model_dump_json(): {name: values[row] for name, values in whole.items()}
+        for row, config in enumerate(configs)
+    }
+
+
+def _measurements(place: Path, run: PlannedRun) -> Arrays:
+    with np.load(measured_file(place, run)) as arrays:
+        return dict(arrays) | _exploited(place / run.name)
 
 
 def _exploited(path: Path) -> Arrays:
