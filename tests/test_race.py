@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from esp_trainer import preset
+from esp_trainer import Subpopulations, preset
+from esp_trainer.coevolution.sides import side_controller
+from esp_trainer.config import EspConfig
 from esp_trainer.sweep.plan import read_plan
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
@@ -20,6 +22,7 @@ TASKS = ["3v1", "3v2"]
 sys.path.insert(0, str(SCRIPTS))
 
 from race import endpoints  # noqa: E402
+from race.alive import Alive  # noqa: E402
 from race.measure import gather, kept_rows, measured_file  # noqa: E402
 from race.report import write  # noqa: E402
 
@@ -108,6 +111,30 @@ def test_conditions_are_what_the_protocol_says(task: str) -> None:
     assert configs["no-memory"].esp == race.esp.replace(memory=0.0, prior_trials=0.0)
     protocol = (SCRIPTS.parent / "docs" / "race-protocol.md").read_text()
     assert all(f"`{name}`" in protocol for name in configs)
+
+
+def test_conditions_keep_genes_small_after_breeding_as_esp_does() -> None:
+    config, controller = (
+        EspConfig(subpopulation_size=8, n_trials=20, hof_mates=0),
+        side_controller(preset("smoke"), "prey"),
+    )
+
+    def bred(algorithm: type[Subpopulations], **options: float) -> Subpopulations:
+        found = algorithm.start(config, controller, 1, np.random.default_rng(0), **options)
+        found.ask(np.random.default_rng(1))
+        fitness, champions = np.arange(20.0)[:, None], np.empty((0, 1, *controller.shape))
+        found.tell(fitness, champions, np.random.default_rng(2))
+        return found
+
+    esp = bred(Subpopulations)
+    scale = Subpopulations.start(config, controller, 1, np.random.default_rng(0)).spread().scale
+    assert abs(esp.genomes).max() > 5
+    np.testing.assert_array_equal(bred(Alive).genomes, esp.genomes)
+    np.testing.assert_array_equal(bred(Alive, bound=5.0).genomes, esp.genomes.clip(-5, 5))
+    np.testing.assert_allclose(bred(Alive, decay=0.25).genomes, 0.75 * esp.genomes)
+    grown = bred(Alive, step=0.5)
+    assert grown.config.mutation_scale == pytest.approx(0.5 * scale)
+    assert (grown.genomes != esp.genomes).any()
 
 
 @pytest.mark.parametrize("task", TASKS)
