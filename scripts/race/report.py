@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
+from race.figures import draw
 from race.measure import Arrays
 from race.text import HEAD, METHOD, TASK_TITLES
 
@@ -34,7 +34,7 @@ def write(kept: Path, out: Path) -> None:
     runs = sum(len(a["config"]) for found in tasks.values() for a in found.values())
     parts = [HEAD.format(runs=runs, answer=_in_short(tasks.get("3v1", {})))]
     for task, found in tasks.items():
-        _draw(task, found, kept.parent)
+        draw(task, {name: found[name] for name in FIRST if name in found} or found, kept.parent)
         parts += [_of_task(task, found)]
     parts.append(METHOD)
     (out / "race.md").write_text("\n\n".join(parts) + "\n")
@@ -253,46 +253,3 @@ def _lesser(found: Task) -> str:
         cells = f"{rows[i][0]:+.3f} | {corrected[i]:.2g} | {rows[j][0]:+.3f} | {corrected[j]:.2g}"
         lines.append(f"| `{name}` | {cells} |")
     return "\n".join(lines)
-
-
-def _draw(task: str, found: Task, place: Path) -> None:
-    shown = {name: found[name] for name in FIRST if name in found} or found
-    figure, axes = plots.panels(2, width=4.6, columns=2)
-    data: dict[str, np.ndarray] = {}
-    for panel, role in zip(axes, ROLES, strict=True):
-        for number, (name, arrays) in enumerate(shown.items()):
-            curves = endpoints.results(arrays, role, "panel").mean(axis=2)
-            drawn = plots.curve(panel, arrays["generations"][0], curves, name, number)
-            data |= {"generation": arrays["generations"][0]} | {f"{role}, {name}: {k}": v for k, v in drawn.items()}
-        panel.set(title=role, xlabel="generation", ylabel="against the panel", ylim=(0, 1))
-        plots.legend(panel)
-    plots.save(figure, place / f"level-{task}.png", data)
-
-    _draw_exploiters(task, {name: arrays for name, arrays in shown.items() if "exploited.prey" in arrays}, place)
-    figure, axes = plots.panels(2, width=4.6, columns=2)
-    data = {}
-    for panel, role in zip(axes, ROLES, strict=True):
-        for number, (name, arrays) in enumerate(shown.items()):
-            found_by_third = endpoints.exploited(arrays, role)
-            drawn = plots.curve(panel, arrays["response.generations"][0], found_by_third, name, number)
-            data |= {"generation": arrays["response.generations"][0]}
-            data |= {f"{role}, {name}: {k}": v for k, v in drawn.items()}
-        panel.set(title=f"fresh {role}", xlabel="generation of the frozen side", ylabel="reached", ylim=(0, 1))
-        plots.legend(panel)
-    plots.save(figure, place / f"exploited-{task}.png", data)
-
-
-def _draw_exploiters(task: str, shown: Task, place: Path) -> None:
-    """Draw what the exploiters of the runs themselves reached, by generation."""
-    if not shown:
-        return
-    figure, axes = plots.panels(2, width=4.6, columns=2)
-    data: dict[str, np.ndarray] = {}
-    for panel, role in zip(axes, ROLES, strict=True):
-        for number, (name, arrays) in enumerate(shown.items()):
-            caught, x = arrays[f"exploited.{role}"].astype(float), arrays["exploited.generations"][0]
-            drawn = plots.curve(panel, x, caught if role == "predators" else 1 - caught, name, number, window=3)
-            data |= {"generation": x} | {f"{role}, {name}: {part}": values for part, values in drawn.items()}
-        panel.set(title=f"exploiting {role}", xlabel="generation", ylabel="against the champion", ylim=(0, 1))
-        plots.legend(panel)
-    plots.save(figure, place / f"exploiters-{task}.png", data)

@@ -1,0 +1,54 @@
+"""The figures of ``docs/race.md``, each with its data beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from esp_trainer.analysis import plots
+from esp_trainer.types import ROLES, Role
+from race import endpoints
+from race.measure import Arrays
+
+Curves = Callable[[Arrays, Role], tuple[np.ndarray, np.ndarray]]
+"""Returns the generations, ``(n,)``, and what each seed's side reached in them, ``(n_seeds, n)``."""
+
+
+def draw(task: str, found: dict[str, Arrays], place: Path) -> None:
+    """Draw what the conditions of a task reach against the panel, by fresh evolution and by their own exploiters."""
+    _draw(found, _level, "", "generation", "against the panel", place / f"level-{task}.png")
+    _draw(found, _exploited, "fresh ", "generation of the frozen side", "reached", place / f"exploited-{task}.png")
+    if own := {name: arrays for name, arrays in found.items() if "exploited.prey" in arrays}:
+        file = place / f"exploiters-{task}.png"
+        _draw(own, _exploiters, "exploiting ", "generation", "against the champion", file, window=3)
+
+
+def _level(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
+    return arrays["generations"][0], endpoints.results(arrays, role, "panel").mean(axis=2)
+
+
+def _exploited(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
+    return arrays["response.generations"][0], endpoints.exploited(arrays, role)
+
+
+def _exploiters(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
+    caught = arrays[f"exploited.{role}"].astype(float)
+    return arrays["exploited.generations"][0], caught if role == "predators" else 1 - caught
+
+
+def _draw(
+    found: dict[str, Arrays], curves: Curves, who: str, x_label: str, y_label: str, file: Path, window: int = 1
+) -> None:
+    """Draw a panel for each side, with a curve for each condition."""
+    figure, axes = plots.panels(2, width=4.6, columns=2)
+    data: dict[str, np.ndarray] = {}
+    for panel, role in zip(axes, ROLES, strict=True):
+        for number, (name, arrays) in enumerate(found.items()):
+            x, values = curves(arrays, role)
+            drawn = plots.curve(panel, x, values, name, number, window=window)
+            data |= {"generation": x} | {f"{role}, {name}: {part}": each for part, each in drawn.items()}
+        panel.set(title=who + role, xlabel=x_label, ylabel=y_label, ylim=(0, 1))
+        plots.legend(panel)
+    plots.save(figure, file, data)
