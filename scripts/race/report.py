@@ -202,6 +202,14 @@ def _gain(role: Role, *, half: bool) -> Column:
     return lambda arrays: str(endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)))
 
 
+def _genes(role: Role) -> Column:
+    def column(arrays: Arrays) -> str:
+        scale = arrays[f"scale.{role}"].astype(float).mean(axis=0)
+        return f"{scale[0]:.1f} -> {scale[-1]:.1f}"
+
+    return column
+
+
 def _exploited(role: Role) -> Column:
     def column(arrays: Arrays) -> str:
         by_third = endpoints.exploited(arrays, role)
@@ -224,6 +232,7 @@ _LEVELS = {
     "prey, scripts": _level("prey", "scripts"),
 }
 _GAINS = {f"{role}{', 2nd half' * half}": _gain(role, half=half) for half in (False, True) for role in ROLES}
+_GAINS |= {f"genes, {role}": _genes(role) for role in ROLES}
 _EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
 
 

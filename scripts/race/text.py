@@ -17,6 +17,7 @@ METHOD = """## How to read the tables
 - **Level**: mean over the last sixth of a run's 24 sampled generations. Intervals are Student's, over seeds.
 - **Gain**: the last sixth of the sampled generations less the first, of the whole run or of its second half.
   Intervals count both the runs and the runs of the panel as samples (pigeonhole bootstrap, Owen 2007).
+- **Genes**: mean absolute gene of a side in the first and in the last generation.
 - **Lesser gain**: in each run the smaller of the two sides' gains, which is above 0 only if both improve. It is
   tested against the same runs read backwards, since the smaller of two noisy numbers is below 0 where nothing
   changes.
