@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
 from esp_trainer.config import EspConfig
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Fitness
-
-Self = TypeVar("Self", bound="Algorithm")
 
 
 class Spread(NamedTuple):
@@ -36,7 +34,7 @@ class Algorithm(Protocol):
 
     @classmethod
     def start(
-        cls: type[Self],
+        cls,
         config: EspConfig,
         controller: Controller,
         n_genomes: int,

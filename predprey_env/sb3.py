@@ -17,7 +17,7 @@ from predprey_env.policies.pool import Opponents
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import brief, whole_number
 
-Indices: TypeAlias = int | Iterable[int] | None
+RowIndices: TypeAlias = int | Iterable[int] | None
 """Rows of a ``VecEnv``; None for all."""
 
 
@@ -107,12 +107,12 @@ class SB3VecEnv(VecEnv):
         """Close the environment."""
         self.env.close()
 
-    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: RowIndices = None) -> list[Any]:
         """Return the environment's attribute, once for each of the rows."""
         value = self.render_mode if attr_name == "render_mode" else getattr(self._owner(attr_name), attr_name)
         return [value for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: RowIndices = None) -> None:
         """Set the environment's attribute.
 
         Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
@@ -121,7 +121,7 @@ class SB3VecEnv(VecEnv):
         setattr(self._owner(attr_name), attr_name, value)
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
+        self, method_name: str, *method_args: Any, indices: RowIndices = None, **method_kwargs: Any
     ) -> list[Any]:
         """Call the environment's method once, and return its result for each row; of ``action_masks`` the row's own.
 
@@ -132,7 +132,7 @@ class SB3VecEnv(VecEnv):
             return [*self._worlds.action_masks()]
         return [getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)] * len(rows)
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:  # noqa: ARG002
+    def env_is_wrapped(self, wrapper_class: type, indices: RowIndices = None) -> list[bool]:  # noqa: ARG002
         """Return False for each row: a row has no wrapper of its own."""
         return [False for _ in self._get_indices(indices)]
 
@@ -158,7 +158,7 @@ class SB3VecEnv(VecEnv):
         """
         return self.env if hasattr(self.env, name) else self._worlds
 
-    def _all_rows(self, indices: Indices) -> list[int]:
+    def _all_rows(self, indices: RowIndices) -> list[int]:
         rows = list(self._get_indices(indices))
         if sorted(rows) != list(range(self.num_envs)):
             raise ValueError(

@@ -5,13 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Mapping
 from inspect import Parameter, signature
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from typing import Any, Literal, Self, TypeVar, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
-Self = TypeVar("Self", bound="Settings")
 Maker = TypeVar("Maker", bound=Callable[..., Any])
 
 _BOUNDS = {
@@ -49,13 +48,13 @@ class Settings(BaseModel):
         return {name: plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
 
     @classmethod
-    def from_dict(cls: type[Self], fields: Any) -> Self:
+    def from_dict(cls, fields: Any) -> Self:
         """Make settings from nested plain dictionaries, as JSON holds them."""
         if not isinstance(fields, dict):
             raise ValueError(f"{cls.__name__} must be a mapping of fields, got {fields!r}")
         return cls(**fields)
 
-    def replace(self: Self, **fields: Any) -> Self:
+    def replace(self, **fields: Any) -> Self:
         """Return a validated copy with some fields changed.
 
         A section given as a mapping changes only the fields in the mapping.

@@ -27,10 +27,10 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
 
-PAPER = preset("paper-3v2")
+CONFIG = preset("paper-3v2")
 SHARDS = (2, 8, 32)
 # A process of its own for each size, as a peak of memory is never forgotten.
-GENERATIONS = """
+MEMORY_SCRIPT = """
 import json, resource, sys
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.sides import new_sides
@@ -47,7 +47,7 @@ peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform =
 print(json.dumps({"seconds": seconds[1:], "peak": peak}))
 """
 # Linux counts the memory of the process that starts another as the other's, so a small one starts it.
-SMALL = "import subprocess, sys; subprocess.run(sys.argv[1:], check=True)"
+STARTS_A_PROCESS = "import subprocess, sys; subprocess.run(sys.argv[1:], check=True)"
 
 
 class Shared(NamedTuple):
@@ -66,8 +66,8 @@ class Shared(NamedTuple):
 def grow(n_trials: int, size: int, at_most: int) -> list[str]:
     """Return a row: median wall seconds of a generation's trials and of the rest but files, and the peak of memory."""
     generations = min(at_most, max(6, 200_000 // n_trials))
-    child = [sys.executable, "-c", GENERATIONS, str(n_trials), str(size), str(generations)]
-    done = subprocess.run([sys.executable, "-c", SMALL, *child], capture_output=True, text=True, check=False)
+    child = [sys.executable, "-c", MEMORY_SCRIPT, str(n_trials), str(size), str(generations)]
+    done = subprocess.run([sys.executable, "-c", STARTS_A_PROCESS, *child], capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"a generation of {n_trials} trials failed: {done.stderr.strip()}")
     found = json.loads(done.stdout)
@@ -78,7 +78,7 @@ def grow(n_trials: int, size: int, at_most: int) -> list[str]:
 
 def share(scales: Sequence[int], times: int) -> tuple[list[Shared], float]:
     """Return the trials of a generation of ``paper-3v2``, times each scale, in shards; and the round trip of a task."""
-    here = FusedEvaluator(PAPER.env)
+    here = FusedEvaluator(CONFIG.env)
     here.compile()
 
     def median(work: object) -> Seconds:
@@ -88,10 +88,10 @@ def share(scales: Sequence[int], times: int) -> tuple[list[Shared], float]:
     found = []
     with cluster.connected("local"):
         for scale in scales:
-            batch = first_generation(PAPER.with_fields({"esp.n_trials": 1000 * scale}))
+            batch = first_generation(CONFIG.with_fields({"esp.n_trials": 1000 * scale}))
             expected, alone = here.evaluate(batch), median(lambda batch=batch: here.evaluate(batch))
             for shards in SHARDS:
-                evaluator = ShardedEvaluator(PAPER.env, shards, least_episodes=1)
+                evaluator = ShardedEvaluator(CONFIG.env, shards, least_episodes=1)
                 if not np.array_equal(evaluator.evaluate(batch).fitness, expected.fitness):
                     raise AssertionError("shards gave other results")
                 taken = median(lambda batch=batch, evaluator=evaluator: evaluator.evaluate(batch))
@@ -110,9 +110,9 @@ def driver_seconds(batches: Sequence[Shared]) -> np.ndarray:
 
 def bytes_of_a_trial() -> tuple[float, float]:
     """Return what goes over the wire for a trial: to a worker, and from it."""
-    batch = first_generation(PAPER)
+    batch = first_generation(CONFIG)
     sent = (batch.predators.indices, batch.prey.indices, batch.starts)  # type: ignore[union-attr]
-    returned = FusedEvaluator(PAPER.env).evaluate(batch)
+    returned = FusedEvaluator(CONFIG.env).evaluate(batch)
     to, back = (len(pickle.dumps(each, protocol=5)) / len(batch.starts) for each in (sent, returned))
     return to, back
 

@@ -30,7 +30,7 @@ from esp_trainer.sweep.plan import PlannedRun, read_plan
 HERE = Path(__file__).parent
 TASKS = {"algorithms": ("3v1", "steppe"), "senses": ("3v1",)}
 """Tasks of each study, which is also the name of its page."""
-BEHAVIOURS = {
+STUDY_BEHAVIOURS = {
     "algorithms": (),
     "senses": ("role switch", "blocker", "opposing attack", "baiting", "sidestepping", "reversal"),
 }
@@ -57,7 +57,7 @@ def main() -> None:
         there = {task: file for task in tasks if (file := _kept(out, f"{study}-{task}")).exists()}
         if there:
             found = {task: dict(np.load(file)) for task, file in there.items()}
-            report.write(HERE / "parts" / f"{study}.md", found, BEHAVIOURS[study], out)
+            report.write(HERE / "parts" / f"{study}.md", found, STUDY_BEHAVIOURS[study], out)
 
 
 def _kept(out: Path, plan: str) -> Path:

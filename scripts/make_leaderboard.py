@@ -28,8 +28,8 @@ from esp_trainer.types import ROLES
 from predprey_env.policies import SCRIPTS
 
 BOARD = Path("docs/leaderboard.md")
-LEARNERS = Path("docs/benchmark/teams")
-EPISODES = 512
+TEAM_FILES = Path("docs/benchmark/teams")
+BENCHMARK_EPISODES = 512
 
 
 def main() -> None:
@@ -50,7 +50,7 @@ def main() -> None:
     if others:
         write(options.out, others)
     todo = [candidate for candidate in candidates() if candidate[3] in options.tasks]
-    episodes = EPISODES
+    episodes = BENCHMARK_EPISODES
     if options.quick:
         todo, episodes = todo[:2], 8
     with tempfile.TemporaryDirectory() as place:
@@ -74,7 +74,7 @@ def candidates() -> Iterator[tuple[str, str, str, str]]:
                 if (team.task, team.role, team.stage, team.held_out) == (task, role, "late", False):
                     yield team.name, team.name, role, task
     for role in ROLES:
-        for file in sorted(LEARNERS.glob(f"*-{role}.safetensors")):
+        for file in sorted(TEAM_FILES.glob(f"*-{role}.safetensors")):
             yield str(file), f"{file.stem.removesuffix(f'-{role}')} (seed 700)", role, "3v2"
 
 

@@ -5,7 +5,7 @@ paper's, and those whose prey (``modern``) and predators (``drawn``) stood highe
 ``docs/reproduction.md``. No study of this project uses their seeds, except that two runs of ``race-3v2`` (500
 and 501) were explored in ``docs/race-protocol.md``. Of each third of each run it keeps the champion of each
 side that does best against the other runs, and then plays all against all, scripts too. Teams of the seeds in
-``HELD_OUT`` are for reporting only. It takes more than an hour on two cores, and resumes where it was stopped.
+``HELD_OUT_SEEDS`` are for reporting only. It takes more than an hour on two cores, and resumes where it was stopped.
 
     python scripts/make_zoo.py
     python scripts/make_zoo.py --tasks pond  # only this task's teams; the others stay as they are
@@ -38,22 +38,21 @@ from esp_trainer.presets import PRESETS
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
 from esp_trainer.tasks import WORLDS
-from esp_trainer.teams.zoo import FIRST, PLACE
-from esp_trainer.teams.zoo import HELD_OUT as HELD_OUT_PREFIX
+from esp_trainer.teams.zoo import FIRST_ZOO, HELD_OUT_PREFIX, PLACE
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
-KINDS = (*FIRST, "race")
+PRESET_KINDS = (*FIRST_ZOO, "race")
 """Presets, without the task."""
-GENERATIONS = {"race-3v2": 600, "race-steppe": 300}
+OWN_GENERATIONS = {"race-3v2": 600, "race-steppe": 300}
 """Generations of a run where they are not the preset's. Later prey of ``race-3v2`` are hardly ever caught."""
 SEEDS = (500, 501, 502)
-HELD_OUT = (900, 901, 902)
+HELD_OUT_SEEDS = (900, 901, 902)
 STAGES = ("early", "middle", "late")
 SAMPLED = 45
 """Generations of a run that are candidates, a third of them for each stage."""
-EPISODES = 512
+MATRIX_EPISODES = 512
 """Episodes of each meeting in the matrix that ships."""
 
 
@@ -68,12 +67,12 @@ class Run:
     @property
     def held_out(self) -> bool:
         """Whether its teams are for reporting only."""
-        return self.seed in HELD_OUT
+        return self.seed in HELD_OUT_SEEDS
 
     @property
     def is_first(self) -> bool:
         """Whether it is a run of the first zoo."""
-        return self.history.config.preset.startswith(FIRST)
+        return self.history.config.preset.startswith(FIRST_ZOO)
 
     @property
     def thirds(self) -> list[np.ndarray]:
@@ -125,7 +124,7 @@ def main() -> None:
     entries = others(options.out, options.tasks)
     for task in options.tasks:
         chosen = choose([run for run in runs if run.task == task])
-        entries += keep(task, chosen, options.out, 16 if options.quick else EPISODES)
+        entries += keep(task, chosen, options.out, 16 if options.quick else MATRIX_EPISODES)
     matrices = {
         task: digest_of(matrix_file(options.out, task)) for task in sorted({entry["task"] for entry in entries})
     }
@@ -146,9 +145,9 @@ def evolve(tasks: list[str], kept: Path, quick: bool, workers: int) -> list[Run]
     todo = [
         (task, seed, small(config) if quick else config)
         for task in tasks
-        for kind in KINDS
+        for kind in PRESET_KINDS
         if f"{kind}-{task}" in PRESETS
-        for seed in (*SEEDS, *HELD_OUT)
+        for seed in (*SEEDS, *HELD_OUT_SEEDS)
         for config in [_configured(f"{kind}-{task}", seed)]
     ]
     kept.mkdir(parents=True, exist_ok=True)
@@ -160,7 +159,7 @@ def evolve(tasks: list[str], kept: Path, quick: bool, workers: int) -> list[Run]
 
 def _configured(name: str, seed: int) -> RunConfig:
     config = preset(name).replace(seed=seed)
-    return config.replace(generations=GENERATIONS.get(name, config.generations))
+    return config.replace(generations=OWN_GENERATIONS.get(name, config.generations))
 
 
 def small(config: RunConfig) -> RunConfig:

@@ -35,15 +35,15 @@ from esp_trainer.presets import preset
 from esp_trainer.types import ROLES, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
 
-EPISODES = 1024  # in which a learner's two sides meet
+DUEL_EPISODES = 1024  # in which a learner's two sides meet
 PPO_STEPS = 10_000_000
-SCRIPTS: dict[Role, tuple[str, ...]] = {
+MEASURED_SCRIPTS: dict[Role, tuple[str, ...]] = {
     "predators": ("random", "greedy_chase", "parity_chase", "surround"),
     "prey": ("random", "flee_nearest"),
 }
 
 
-class Game(NamedTuple):
+class SmallGame(NamedTuple):
     """A torus, a time limit, and what differs from three predators and a prey by the paper's rules."""
 
     size: int
@@ -59,20 +59,20 @@ class Game(NamedTuple):
 
 
 GAMES = [
-    Game(6, 5, {}, "0.798: 0.704 / 0.777 / 0.830 / 0.872"),
-    Game(6, 10, {}, "0.994: 0.991 / 0.993 / 0.995 / 0.996"),
-    Game(6, 20, {"predator_idle": False}, "0.123: 0.000 / 0.000 / 0.023 / 1.000"),
-    Game(6, 5, {"move_order": "prey_first"}, "1.000: 0.997 / 1.000 / 1.000 / 1.000"),
-    Game(8, 10, {}, "0.853: 0.823 / 0.844 / 0.863 / 0.881"),
-    Game(10, 15, {}, "0.841: 0.821 / 0.835 / 0.848 / 0.860"),
-    Game(9, 15, {"predator_idle": False}, "0.380: 0.372 / 0.383 / 0.382 / 0.373"),
+    SmallGame(6, 5, {}, "0.798: 0.704 / 0.777 / 0.830 / 0.872"),
+    SmallGame(6, 10, {}, "0.994: 0.991 / 0.993 / 0.995 / 0.996"),
+    SmallGame(6, 20, {"predator_idle": False}, "0.123: 0.000 / 0.000 / 0.023 / 1.000"),
+    SmallGame(6, 5, {"move_order": "prey_first"}, "1.000: 0.997 / 1.000 / 1.000 / 1.000"),
+    SmallGame(8, 10, {}, "0.853: 0.823 / 0.844 / 0.863 / 0.881"),
+    SmallGame(10, 15, {}, "0.841: 0.821 / 0.835 / 0.848 / 0.860"),
+    SmallGame(9, 15, {"predator_idle": False}, "0.380: 0.372 / 0.383 / 0.382 / 0.373"),
     *(
-        Game(size, size * 3 // 2, fields)
+        SmallGame(size, size * 3 // 2, fields)
         for size in (4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16)
         for fields in ({}, {"predator_idle": False})
     ),
     *(
-        Game(size, size * 3 // 2, {"n_predators": n_predators, "n_prey": n_prey})
+        SmallGame(size, size * 3 // 2, {"n_predators": n_predators, "n_prey": n_prey})
         for n_predators, n_prey in ((1, 1), (2, 1), (3, 1), (4, 1), (2, 2), (3, 2))
         for size in ((4, 6) if n_predators == 4 else (4, 6, 8))
     ),
@@ -80,7 +80,7 @@ GAMES = [
 """At one and a half times the size, as the paper's 150 steps are on 100, but for what a prototype had found."""
 
 
-class Learner(NamedTuple):
+class LearningRun(NamedTuple):
     """Who learns, where, and how often it is looked at."""
 
     name: str
@@ -93,21 +93,21 @@ class Learner(NamedTuple):
     """Of PPO."""
 
 
-LEARNERS = [
-    Learner("paper-3v1", 6, 8, "paper-3v1"),
-    Learner("modern-3v1", 6, 8, "modern-3v1"),
-    Learner("drawn-3v1", 6, 8, "drawn-3v1"),
-    Learner("paper-3v1, actions drawn", 6, 8, "paper-3v1", {"predators.choice": "drawn", "prey.choice": "drawn"}),
-    Learner("PPO, self-play", 6, 5, entropy=0.005),
-    Learner("PPO, self-play, entropy 0.05", 6, 5, entropy=0.05),
-    Learner("paper-3v1", 8, 8, "paper-3v1"),
-    Learner("drawn-3v1", 8, 4, "drawn-3v1"),
-    Learner("paper-3v1", 10, 5, "paper-3v1"),
-    Learner("paper-3v1", 12, 2, "paper-3v1"),
+LEARNING_RUNS = [
+    LearningRun("paper-3v1", 6, 8, "paper-3v1"),
+    LearningRun("modern-3v1", 6, 8, "modern-3v1"),
+    LearningRun("drawn-3v1", 6, 8, "drawn-3v1"),
+    LearningRun("paper-3v1, actions drawn", 6, 8, "paper-3v1", {"predators.choice": "drawn", "prey.choice": "drawn"}),
+    LearningRun("PPO, self-play", 6, 5, entropy=0.005),
+    LearningRun("PPO, self-play, entropy 0.05", 6, 5, entropy=0.05),
+    LearningRun("paper-3v1", 8, 8, "paper-3v1"),
+    LearningRun("drawn-3v1", 8, 4, "drawn-3v1"),
+    LearningRun("paper-3v1", 10, 5, "paper-3v1"),
+    LearningRun("paper-3v1", 12, 2, "paper-3v1"),
 ]
 
 
-def value(game: Game) -> list[str]:
+def value(game: SmallGame) -> list[str]:
     """Return a row: the fraction caught under optimal play over all starts and by parity, and when half is caught."""
     solution = solve(EnvConfig(**{"size": game.size, "n_prey": 1, **game.fields}), game.steps)
     curve = [by_parity(solution, steps)[0] for steps in range(1, game.steps + 1)]
@@ -126,7 +126,7 @@ def answered(policy: Team | ScriptedTeams, role: Role, solution: Solution) -> li
     return [means_by_parity(values, solution)[0] for values in answers]
 
 
-def course(learner: Learner, seed: int, generations: int, place: Path, solution: Solution) -> dict[str, Any]:
+def course(learner: LearningRun, seed: int, generations: int, place: Path, solution: Solution) -> dict[str, Any]:
     """Return how exploitable a learner's two sides are at each look, as JSON values; keep it in a file."""
     name = f"{learner.name}-{learner.size}".replace(", ", "-").replace(" ", "-")
     kept, asked = place / name / f"seed-{seed}.json", {**learner._asdict(), "generations": generations}
@@ -137,14 +137,14 @@ def course(learner: Learner, seed: int, generations: int, place: Path, solution:
         found["looks"].append(look)
         for role in ROLES:
             found[role].append(answered(teams[role], role, solution))
-        found["met"].append(match(teams["predators"], teams["prey"], solution.config, EPISODES, seed).caught.rate)
+        found["met"].append(match(teams["predators"], teams["prey"], solution.config, DUEL_EPISODES, seed).caught.rate)
     kept.parent.mkdir(parents=True, exist_ok=True)
     kept.write_text(json.dumps(found))
     return found
 
 
 def looks(
-    learner: Learner, seed: int, generations: int, env: EnvConfig, place: Path
+    learner: LearningRun, seed: int, generations: int, env: EnvConfig, place: Path
 ) -> Iterator[tuple[int, dict[Role, Team]]]:
     """Yield when the learner is looked at, and its teams then."""
     if not learner.preset:
@@ -163,7 +163,7 @@ def looks(
         yield generation, {role: history.team(role, generation) for role in ROLES}
 
 
-def torus(size: int, learners: list[Learner], seeds: int, generations: int, place: Path) -> str:
+def torus(size: int, learners: list[LearningRun], seeds: int, generations: int, place: Path) -> str:
     """Return the tables of a torus: the last of each learner answered optimally, and its prey while they learn."""
     solution = solve(EnvConfig(size=size, n_prey=1, max_cycles=size * 3 // 2), size)
     optimal = np.array([by_parity(solution, steps)[0] for steps in range(1, size + 1)])
@@ -171,7 +171,7 @@ def torus(size: int, learners: list[Learner], seeds: int, generations: int, plac
     early = max(1, half // 2)  # too few for predators that know a prey to catch all of it
     columns = sorted({early, half, size})
     rows = [["both sides play optimally", *(f"{optimal[steps - 1]:.4f}" for steps in columns)]]
-    for role, names in SCRIPTS.items():
+    for role, names in MEASURED_SCRIPTS.items():
         for name in names:
             curve = answered(ScriptedTeams(name), role, solution)
             rows.append([f"{role}, `{name}`", *(f"{curve[steps - 1]:.4f}" for steps in columns)])
@@ -200,10 +200,10 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=10, metavar="N", help="of each learner")
     parser.add_argument("--work", type=Path, default=Path("runs/optimal-play"), help="where what is measured is kept")
     options = parser.parse_args()
-    games, learners, seeds, generations = GAMES, LEARNERS, options.seeds, 450
+    games, learners, seeds, generations = GAMES, LEARNING_RUNS, options.seeds, 450
     if options.quick:
         games, seeds, generations = [GAMES[0], GAMES[2], *GAMES[7:9]], 2, 4
-        learners = [learner._replace(size=4, looks=2) for learner in LEARNERS[:4]]
+        learners = [learner._replace(size=4, looks=2) for learner in LEARNING_RUNS[:4]]
     heads = ["torus, steps", "value", "prototype", "half caught within", "positions"]
     print(table(heads, [value(game) for game in tqdm(games, unit="game")]), end="\n\n", flush=True)
     with TemporaryDirectory() as name:

@@ -43,11 +43,11 @@ champion.n_candidates = 2
 champion.n_held_out = 8
 """
 TINY = "--esp.subpopulation_size 8 --esp.n_trials 16 --champion.n_candidates 2 --champion.n_held_out 8 --quiet"
-TEAMS = "run/champions/predators-00005.safetensors --against run/champions/prey-00005.safetensors"
+CHAMPIONS = "run/champions/predators-00005.safetensors --against run/champions/prey-00005.safetensors"
 PLAYED, OLDER = "--generations 4 --episodes 8", "--generations 3 --episodes 4"
 
 
-class Command(NamedTuple):
+class WritingCommand(NamedTuple):
     """A command that writes."""
 
     arguments: str
@@ -66,24 +66,26 @@ def train(generations: int) -> str:
 
 
 KILLED = {
-    "train": Command(train(400)),
-    "sweep": Command("sweep sweep.toml --out out --workers 2 --quiet"),
-    "report": Command("report run", f"report run {OLDER}"),
+    "train": WritingCommand(train(400)),
+    "sweep": WritingCommand("sweep sweep.toml --out out --workers 2 --quiet"),
+    "report": WritingCommand("report run", f"report run {OLDER}"),
 }
 FILLED = {
-    "train": Command(train(6)),
-    "train --tensorboard": Command(f"{train(6)} --tensorboard"),
-    "resume --generations": Command("resume run --quiet --generations 9", ""),
-    "sweep": Command("sweep sweep.toml --out out --workers 2"),
-    "report": Command(f"report run {PLAYED}", f"report run {OLDER}"),
-    "analyse": Command(f"analyse run {PLAYED} --figures figures", f"analyse run {OLDER} --figures figures"),
-    "behaviours": Command(f"behaviours run {PLAYED} --csv rates.csv", f"behaviours run {OLDER} --csv rates.csv"),
-    "replay": Command(f"replay {TEAMS} --until 12 --gif clip.gif", f"replay {TEAMS} --until 9 --gif clip.gif"),
+    "train": WritingCommand(train(6)),
+    "train --tensorboard": WritingCommand(f"{train(6)} --tensorboard"),
+    "resume --generations": WritingCommand("resume run --quiet --generations 9", ""),
+    "sweep": WritingCommand("sweep sweep.toml --out out --workers 2"),
+    "report": WritingCommand(f"report run {PLAYED}", f"report run {OLDER}"),
+    "analyse": WritingCommand(f"analyse run {PLAYED} --figures figures", f"analyse run {OLDER} --figures figures"),
+    "behaviours": WritingCommand(f"behaviours run {PLAYED} --csv rates.csv", f"behaviours run {OLDER} --csv rates.csv"),
+    "replay": WritingCommand(
+        f"replay {CHAMPIONS} --until 12 --gif clip.gif", f"replay {CHAMPIONS} --until 9 --gif clip.gif"
+    ),
 }
 PAGES, DENSE, GROWTH = 16_000, 40, 1.25  # of a roomy disk; up to here every number is tried, then steps grow
 
 
-def prepare(command: Command, place: Path, generations: int = 6) -> None:
+def prepare(command: WritingCommand, place: Path, generations: int = 6) -> None:
     """Put into a directory what the command finds there."""
     place.mkdir(parents=True, exist_ok=True)
     (place / "sweep.toml").write_text(SWEEP.format(generations=generations))
@@ -123,7 +125,7 @@ def half_written(place: Path) -> list[str]:
 
 
 def kill(
-    command: Command, kills: int, place: Path, generations: int = 200, seed: int = 0
+    command: WritingCommand, kills: int, place: Path, generations: int = 200, seed: int = 0
 ) -> tuple[int, int, list[str]]:
     """Kill a command at random moments, give it again until its work is done, and compare; repeat.
 
@@ -168,7 +170,7 @@ def small_disk() -> Iterator[Path]:
             subprocess.run(["umount", "--lazy", place], check=True)
 
 
-def fill(command: Command, place: Path, step: int = 1) -> tuple[int, list[str]]:
+def fill(command: WritingCommand, place: Path, step: int = 1) -> tuple[int, list[str]]:
     """Give a command with 0, 1, 2 ... pages left on its disk until it succeeds; then, each time, with room again.
 
     Returns:

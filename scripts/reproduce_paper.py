@@ -24,7 +24,7 @@ from race.measure import gather, is_measured
 from reproduction import figures, moments, report
 from reproduction.claims import read_claims, verdicts
 from reproduction.measure import measure
-from reproduction.results import Results, load
+from reproduction.results import StudyResults, load
 from reproduction.settings import Setting, read_settings, small
 from study import evolve, in_processes
 
@@ -76,7 +76,7 @@ def run(settings: list[Setting], panels: list[Setting], runs: Path, kept: Path, 
         gather(runs, setting.runs, kept)
 
 
-def draw(results: dict[str, Results], kept: Path) -> None:
+def draw(results: dict[str, StudyResults], kept: Path) -> None:
     """Draw every figure, with its data, beside what is kept."""
     place = kept.parent
     moments.draw(results, kept, place)

@@ -26,7 +26,7 @@ written by `scripts/scripted_teams.py`.
 Fraction of the prey that three predators catch in each task, in {episodes} episodes a cell, from held-out starts that
 hold the parities in their true proportions; Wilson intervals (95%) on the number of episodes."""
 
-PARITY = """
+PARITY_NOTE = """
 A single prey that walks at random escapes `greedy_chase` only where all three predators start at an odd distance from
 it, once in eight times: on an even torus nobody who never idles can land on it. `parity_chase` idles, and does."""
 
@@ -41,7 +41,7 @@ def main() -> None:
     for name, env in WORLDS.items():
         print(f"\n## {name}\n\n{env.n_prey} prey on {env.size} x {env.size} cells, {env.max_cycles} steps.\n")
         print(table(env, options.episodes))
-    print(PARITY)
+    print(PARITY_NOTE)
     print(f"\n## Sources\n\n- Predators: {sources(predators)}\n- Prey: {sources(prey)}")
 
 

@@ -28,7 +28,7 @@ NOISE = 100.0  # standard deviation of a trial; that of the sum of a random team
 
 
 @dataclass(frozen=True)
-class Condition:
+class Design:
     """A way to score neurons."""
 
     name: str
@@ -37,13 +37,13 @@ class Condition:
 
 
 CONDITIONS = (
-    Condition("100 neurons", {}),
-    Condition("25 neurons", {"subpopulation_size": 25}),
-    Condition("200 neurons", {"subpopulation_size": 200}),
-    Condition("100 neurons, half the noise variance (blocks)", {}, NOISE / np.sqrt(2)),
-    Condition("100 neurons, four times the trials", {"n_trials": 4000}),
-    Condition("100 neurons, memory 0.8", {"memory": 0.8}),
-    Condition("100 neurons, memory 0.8, 100 prior trials", {"memory": 0.8, "prior_trials": 100.0}),
+    Design("100 neurons", {}),
+    Design("25 neurons", {"subpopulation_size": 25}),
+    Design("200 neurons", {"subpopulation_size": 200}),
+    Design("100 neurons, half the noise variance (blocks)", {}, NOISE / np.sqrt(2)),
+    Design("100 neurons, four times the trials", {"n_trials": 4000}),
+    Design("100 neurons, memory 0.8", {"memory": 0.8}),
+    Design("100 neurons, memory 0.8, 100 prior trials", {"memory": 0.8, "prior_trials": 100.0}),
 )
 
 
@@ -60,7 +60,7 @@ def main() -> None:
         print(f"| {condition.name} | {' | '.join(summary(column) for column in found.T)} |", flush=True)
 
 
-def evolve(condition: Condition, generations: int, seed: int) -> tuple[float, float, float]:
+def evolve(condition: Design, generations: int, seed: int) -> tuple[float, float, float]:
     """Return the signal of selection early and late, and the mean squared distance of the genes in the end."""
     config = EspConfig(**{"hof_mates": 0, **condition.esp})
     population = Subpopulations.start(config, CONTROLLER, N_AGENTS, np.random.default_rng(seed))

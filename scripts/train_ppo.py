@@ -27,7 +27,7 @@ except ImportError as error:
     raise SystemExit(f"train_ppo.py needs PyTorch and TensorBoard (pip install torch tensorboard): {error}") from None
 
 from ppo.learner import LOSSES, Learner
-from ppo.worlds import Settings
+from ppo.worlds import PPOSettings
 
 from esp_trainer import Team, load_team
 from esp_trainer.tasks import WORLDS
@@ -35,7 +35,7 @@ from esp_trainer.teams.zoo import known_teams
 from predprey_env.agents import other_team
 
 
-def train(settings: Settings, place: Path) -> None:
+def train(settings: PPOSettings, place: Path) -> None:
     """Train, with a checkpoint and a line of ``curve.csv`` for each of so many parts of it."""
     torch.set_num_threads(1)  # for networks this small, threads only wait for each other
     torch.manual_seed(settings.seed)
@@ -71,7 +71,7 @@ def train(settings: Settings, place: Path) -> None:
                 )
 
 
-def make_learners(settings: Settings) -> dict[str, Learner]:
+def make_learners(settings: PPOSettings) -> dict[str, Learner]:
     """Make one learner against its opponents, or two, each in worlds against the other."""
     if settings.role != "both":
         known = known_teams()
@@ -100,15 +100,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("role", choices=["predators", "prey", "both"], help="who learns")
     parser.add_argument("--task", choices=WORLDS, default="3v2")
-    parser.add_argument("--size", type=int, default=Settings.size, help="of the torus; by default the paper's 100")
+    parser.add_argument("--size", type=int, default=PPOSettings.size, help="of the torus; by default the paper's 100")
     parser.add_argument(
         "--opponents", nargs="+", default=[], help="teams of the zoo, files, scripts; by default the zoo"
     )
     parser.add_argument("--reward", choices=["dense", "terminal"], default="dense")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--steps", type=int, default=Settings.steps, help="of agents, in all")
-    parser.add_argument("--entropy", type=float, default=Settings.entropy, help="how much drawing is worth")
-    parser.add_argument("--n-worlds", type=int, default=Settings.n_worlds, help="for each opponent")
+    parser.add_argument("--steps", type=int, default=PPOSettings.steps, help="of agents, in all")
+    parser.add_argument("--entropy", type=float, default=PPOSettings.entropy, help="how much drawing is worth")
+    parser.add_argument("--n-worlds", type=int, default=PPOSettings.n_worlds, help="for each opponent")
     parser.add_argument("--out", type=Path, help="by default a directory in runs/ named after the settings")
     options = vars(parser.parse_args())
     out = options.pop("out")
@@ -117,8 +117,8 @@ def main() -> None:
         options["opponents"] = [
             t.name for t in known_teams().values() if (t.role, t.task) == (role, task) and not t.held_out
         ]
-    settings = Settings(**{**options, "opponents": tuple(options["opponents"])})
-    world = settings.task if settings.size == Settings.size else f"{settings.task}-{settings.size}"
+    settings = PPOSettings(**{**options, "opponents": tuple(options["opponents"])})
+    world = settings.task if settings.size == PPOSettings.size else f"{settings.task}-{settings.size}"
     place = out or Path(f"runs/ppo-{world}-{settings.role}-{settings.reward}-seed{settings.seed}")
     if (place / "curve.csv").exists():
         parser.error(f"{place} already holds a run; choose another --out")

@@ -14,7 +14,7 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 
 from learners import curves, report, train  # noqa: E402
-from learners.contestants import CONTESTANTS, Contestant, small  # noqa: E402
+from learners.contestants import CONTESTANTS, TeamKind, small  # noqa: E402
 from learners.matrix import Matrix, _spent  # noqa: E402
 
 from esp_trainer import preset  # noqa: E402
@@ -164,7 +164,7 @@ def test_runs_that_contestants_share_are_made_once(tmp_path: Path) -> None:
 
 
 def test_what_is_there_is_not_made_again(tmp_path: Path) -> None:
-    each = Contestant("ppo", "", "ppo", seeds=(1,))
+    each = TeamKind("ppo", "", "ppo", seeds=(1,))
     file = train.team_file(tmp_path, each, "predators", 1)
     file.parent.mkdir(parents=True)
     file.touch()
@@ -172,7 +172,7 @@ def test_what_is_there_is_not_made_again(tmp_path: Path) -> None:
 
 
 def test_what_ppo_spent_until_a_checkpoint_is_read_from_its_curve(tmp_path: Path) -> None:
-    each = Contestant("ppo", "", "ppo", seeds=(1,), part=5, trained="together")
+    each = TeamKind("ppo", "", "ppo", seeds=(1,), part=5, trained="together")
     file = train.spent_file(tmp_path, each, "prey", 1)
     file.parent.mkdir(parents=True)
     lines = [f"{role},{100 * i},{10 * i}" for i in range(1, 11) for role in ("predators", "prey")]
@@ -181,7 +181,7 @@ def test_what_ppo_spent_until_a_checkpoint_is_read_from_its_curve(tmp_path: Path
 
 
 def test_what_evolution_spent_is_read_from_beside_its_team(tmp_path: Path) -> None:
-    each = Contestant("paper", "", "evolved", seeds=(1,))
+    each = TeamKind("paper", "", "evolved", seeds=(1,))
     file = train.spent_file(tmp_path, each, "prey", 1)
     file.parent.mkdir(parents=True)
     file.write_text(json.dumps({"cpu_seconds": 12.5, "steps": 7}))
@@ -190,7 +190,7 @@ def test_what_evolution_spent_is_read_from_beside_its_team(tmp_path: Path) -> No
 
 
 def test_curves_are_read_side_by_side_and_drawn_with_their_data(tmp_path: Path) -> None:
-    each = Contestant("ppo, self-play", "", "ppo", seeds=(1, 2), trained="together")
+    each = TeamKind("ppo, self-play", "", "ppo", seeds=(1, 2), trained="together")
     for seed in each.seeds:
         file = train.curve_file(tmp_path, each, "prey", seed)
         file.parent.mkdir(parents=True)

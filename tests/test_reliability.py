@@ -13,7 +13,7 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 
 import reliability  # noqa: E402
-from reliability import Command, different, fill, half_written, kill, snapshot  # noqa: E402
+from reliability import WritingCommand, different, fill, half_written, kill, snapshot  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs process groups and tmpfs")
 
@@ -31,7 +31,7 @@ def test_a_command_that_leaves_other_bytes_after_a_kill_is_a_fault(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(reliability, "TRAINER", [sys.executable, "-c", COUNTS_ITS_LIVES])
-    _, done, faults = kill(Command("anything"), 1, tmp_path)
+    _, done, faults = kill(WritingCommand("anything"), 1, tmp_path)
     assert done == 1
     assert faults == ["lives differs"]
 

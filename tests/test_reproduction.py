@@ -20,8 +20,8 @@ sys.path.insert(0, str(SCRIPTS))
 
 from race.measure import gather, is_measured, measured_file  # noqa: E402
 from reproduction import claims, measure  # noqa: E402
-from reproduction.claims import NUMBERS, Claim, Verdict, read_claims, verdicts  # noqa: E402
-from reproduction.results import Results, load  # noqa: E402
+from reproduction.claims import MEASURED_NUMBERS, Claim, Verdict, read_claims, verdicts  # noqa: E402
+from reproduction.results import StudyResults, load  # noqa: E402
 from reproduction.settings import Setting, read_settings, small  # noqa: E402
 
 SETTINGS = read_settings()
@@ -190,7 +190,7 @@ def test_claims_are_corrected_together(monkeypatch: pytest.MonkeyPatch):
 
 def test_a_claim_whose_settings_are_not_there_is_left_out(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(claims, "test", lambda claim, results: comparison(0, 0))
-    results = {"a": Results(SETTINGS["paper-3v1"], {})}
+    results = {"a": StudyResults(SETTINGS["paper-3v1"], {})}
     given = [claim("more", ("a",)), claim("more", ("a", "b")), claim("more", ("b",))]
     assert [each.claim for each in verdicts(given, results)] == given[:1]
     assert verdicts(given[1:], results) == []
@@ -199,9 +199,11 @@ def test_a_claim_whose_settings_are_not_there_is_left_out(monkeypatch: pytest.Mo
 # The numbers.
 
 
-def results(**arrays: Any) -> Results:
+def results(**arrays: Any) -> StudyResults:
     """Of two seeds."""
-    return Results(SETTINGS["paper-3v1"], {name.replace("__", "."): np.array(value) for name, value in arrays.items()})
+    return StudyResults(
+        SETTINGS["paper-3v1"], {name.replace("__", "."): np.array(value) for name, value in arrays.items()}
+    )
 
 
 def test_late_is_the_last_third_of_a_curve():
@@ -305,7 +307,7 @@ def test_the_measurements_in_the_repository_are_of_the_settings_of_today(name: s
 # The claims.
 
 
-def made_up(setting: Setting, level: float, slope: float) -> Results:
+def made_up(setting: Setting, level: float, slope: float) -> StudyResults:
     """Return measurements of all seeds of a setting: fractions that rise, and every behaviour to the same degree."""
     n, rows = len(setting.runs), np.arange(12)
     noise = 0.001 * np.random.default_rng(0).random((n, 1))
@@ -320,10 +322,10 @@ def made_up(setting: Setting, level: float, slope: float) -> Results:
     }
     for name in {each.of for each in read_claims() if each.number == "behaviour"}:
         arrays[f"behaviour.{name}"] = np.stack([level + 0 * better[..., 0] + noise, 0 * better[..., 0]], axis=-1)
-    return Results(setting, arrays)
+    return StudyResults(setting, arrays)
 
 
-def word_of(results: dict[str, Results], says: str, section: str) -> Verdict:
+def word_of(results: dict[str, StudyResults], says: str, section: str) -> Verdict:
     (found,) = (v for v in verdicts(read_claims(), results) if v.claim.says == says and v.claim.section == section)
     return found
 
@@ -334,7 +336,7 @@ def test_every_claim_is_about_settings_that_are_run_and_figures_that_are_drawn()
         assert set(each.settings) <= set(OTHERS)
         assert len(each.settings) in (1, 2)
         assert each.figure in drawn
-        assert each.number in {*NUMBERS, "cycles"}
+        assert each.number in {*MEASURED_NUMBERS, "cycles"}
         assert each.expects in ("more", "no change")
         assert each.margin > 0
 

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Fitness
 from predprey_env.settings import PartError
 
-Self = TypeVar("Self", bound="WholeTeams")
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -58,7 +57,7 @@ class WholeTeams(ABC):
 
     @classmethod
     def start(
-        cls: type[Self],
+        cls,
         config: EspConfig,
         controller: Controller,
         n_genomes: int,

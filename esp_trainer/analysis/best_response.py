@@ -16,7 +16,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.types import Evaluator, Role, TeamBatch
 from predprey_env.agents import other_team
 
-EPISODES = 1000
+MEASURED_EPISODES = 1000
 """Number of episodes of each final measurement: the standard error of a fraction of prey is then at most 0.016."""
 
 
@@ -52,7 +52,7 @@ def evolve_response(
     *,
     generation: int = -1,
     n_generations: int = 100,
-    n_episodes: int = EPISODES,
+    n_episodes: int = MEASURED_EPISODES,
     seed: int = 0,
     watch: Callable[[], object] = lambda: None,
 ) -> BestResponse:

@@ -12,25 +12,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from esp_trainer.analysis.conditions import world_of
-from esp_trainer.analysis.cross_play import EPISODES, PANEL, cross_play
+from esp_trainer.analysis.cross_play import CELL_EPISODES, PANEL, cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm
 from esp_trainer.analysis.progress import progress
 from esp_trainer.tasks import WORLDS
-from esp_trainer.teams.zoo import FIRST, known_teams, load_team
+from esp_trainer.teams.zoo import FIRST_ZOO, known_teams, load_team
 from esp_trainer.types import ROLES, Evaluator, Role, ScriptedTeams, TeamBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
 
-GENERATIONS = 24
+PANEL_GENERATIONS = 24
 """Number of generations of a run that meet the panels."""
 LEAST = 3
 """Minimum number of generations: progress in the second half needs two."""
 
-Opponents = dict[Role, list[TeamBatch]]
+Panel = dict[Role, list[TeamBatch]]
 """Fixed opponents, by the side that they play."""
-Values = dict[str, float]
+MeasureValues = dict[str, float]
 """Measures of a run by name; nan if a measure cannot be taken."""
 
 HELD_OUT, SCRIPTED = "held_out", "scripts"
@@ -44,7 +44,7 @@ def name_of(role: Role, panel: str, kind: str) -> str:
     return f"{role}_{panel}_{kind}"
 
 
-def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, older_only: bool = False) -> Opponents:
+def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, older_only: bool = False) -> Panel:
     """Return opponents that no compared run trained against.
 
     Args:
@@ -52,10 +52,10 @@ def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, o
         runs: Runs of that world that are not themselves compared. Six champions of each evolved side are included.
         older_only: True to leave out the zoo's teams of the race presets.
     """
-    found: Opponents = {role: [] for role in ROLES}
+    found: Panel = {role: [] for role in ROLES}
     tasks = {name for name, task in WORLDS.items() if env and world_of(task) == world_of(env)}
     for team in known_teams().values():
-        older = team.preset.startswith(FIRST)
+        older = team.preset.startswith(FIRST_ZOO)
         if team.held_out and team.task in tasks and (older or not older_only):
             found[team.role].append(load_team(team.name).as_teams(1))
     for run in runs:
@@ -64,7 +64,7 @@ def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, o
     return found
 
 
-def scripts(*, another_game: bool = False) -> Opponents:
+def scripts(*, another_game: bool = False) -> Panel:
     """Return all scripts of both sides; in another game than the predator-prey world there is only the random one."""
     if another_game:
         return {role: [ScriptedTeams("random")] for role in ROLES}
@@ -77,7 +77,7 @@ def caught_by_each(
     opponents: Sequence[TeamBatch],
     evaluator: Evaluator,
     *,
-    n_episodes: int = EPISODES,
+    n_episodes: int = CELL_EPISODES,
 ) -> np.ndarray:
     """Play the teams of a side against all opponents.
 
@@ -111,7 +111,7 @@ class MeasuredCondition:
     ``predators_held_out``). Scripted sides and empty panels have no curve."""
     payoff: np.ndarray
     """Payoff to the predators (fraction of prey caught), champion against champion, float64 ``(n_generations,)``."""
-    values: Values
+    values: MeasureValues
     """Value of each measure in :func:`measures`."""
     captures: bool = True
     """True if payoffs are fractions of prey caught; False in another game than the predator-prey world."""
@@ -144,11 +144,11 @@ def measures(*, captures: bool = True) -> list[str]:
 
 def measure(
     history: History,
-    panels: Mapping[str, Opponents],
+    panels: Mapping[str, Panel],
     evaluator: Evaluator,
     *,
-    n_generations: int = GENERATIONS,
-    n_episodes: int = EPISODES,
+    n_generations: int = PANEL_GENERATIONS,
+    n_episodes: int = CELL_EPISODES,
 ) -> MeasuredCondition:
     """Measure the champions of generations evenly spread over a run.
 

@@ -22,7 +22,7 @@ from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, Evaluator, Role, TeamBatch, TrialBatch, TrialResult, n_teams, take
 from predprey_env.agents import other_team
 
-EPISODES = 64
+CELL_EPISODES = 64
 """Number of episodes per cell. In a multiple of 8, the parities of the starts occur in their true proportions. With 64
 episodes the standard error of a cell is at most 0.063, and that of the mean of a row of 46 cells is below 0.01."""
 
@@ -119,7 +119,7 @@ Played: TypeAlias = CrossPlay | PayoffPlay
 
 
 def cross_play(
-    predators: TeamBatch, prey: TeamBatch, evaluator: Evaluator, *, n_episodes: int = EPISODES, seed: int = 0
+    predators: TeamBatch, prey: TeamBatch, evaluator: Evaluator, *, n_episodes: int = CELL_EPISODES, seed: int = 0
 ) -> Played:
     """Play every predator team against every prey team.
 
@@ -188,7 +188,7 @@ def own_cross_play(
     evaluator: Evaluator,
     *,
     n_generations: int = 46,
-    n_episodes: int = EPISODES,
+    n_episodes: int = CELL_EPISODES,
     seed: int = 0,
     cache: Path | None = None,
 ) -> Played:

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 from scipy.special import logit
 
 T = TypeVar("T")
-Scale: TypeAlias = Literal["shares", "log-odds"]
+PayoffScale: TypeAlias = Literal["shares", "log-odds"]
 Noise: TypeAlias = int | np.ndarray | None
 """Sampling noise of a matrix: the number of independent episodes behind each fraction, the variance of each entry,
 ``(G, H)``, or None for exact entries."""
@@ -164,7 +164,7 @@ class Decomposition:
         return self.transitive / both if both > 0 else float("nan")
 
 
-def decompose(caught: np.ndarray, episodes: Noise = None, scale: Scale = "shares") -> Decomposition:
+def decompose(caught: np.ndarray, episodes: Noise = None, scale: PayoffScale = "shares") -> Decomposition:
     """Split predators' results against prey into a part that one strength per generation explains, and the rest.
 
     This is the combinatorial Hodge decomposition (Jiang, Lim, Yao & Ye, Statistical ranking and combinatorial Hodge
@@ -216,7 +216,7 @@ def transitive_share(caught: np.ndarray, episodes: int | np.ndarray) -> float:
     return decompose(caught, episodes).transitive_share
 
 
-def decompose_generations(caught: np.ndarray, episodes: Noise = None, scale: Scale = "shares") -> Decomposition:
+def decompose_generations(caught: np.ndarray, episodes: Noise = None, scale: PayoffScale = "shares") -> Decomposition:
     """Split the symmetric game between generations, each of which plays both roles, into transitive and cyclic part.
 
     ``A[g, k] = M[g, k] - M[k, g]`` is a symmetric zero-sum game. Its transitive part is the gradient ``r_g - r_k`` of
@@ -260,7 +260,7 @@ def _total(episodes: Noise) -> float:
     return 0.0 if isinstance(episodes, np.ndarray) else 1.0
 
 
-def _scaled(caught: np.ndarray, episodes: Noise, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
+def _scaled(caught: np.ndarray, episodes: Noise, scale: PayoffScale) -> tuple[np.ndarray, np.ndarray]:
     """Return the matrix in a scale, and the variance of its sampling noise in that scale."""
     if isinstance(episodes, np.ndarray):
         if scale != "shares":

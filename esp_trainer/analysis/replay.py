@@ -21,7 +21,7 @@ _WIDEST = 44  # letters of a caption
 
 
 @dataclass(frozen=True)
-class Episode:
+class Trajectory:
     """All moments of an episode: the start, and the world after each call of ``step``.
 
     Where teams move in turns, a call is half a time step.
@@ -52,7 +52,7 @@ class Episode:
         return np.where(caught.any(axis=0), steps[caught.argmax(axis=0)], 0)
 
 
-def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Episode:
+def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Trajectory:
     """Return the episode of two policies from a seed."""
     game = PredPreyEnv(env)
     observations, infos = game.reset(seed=seed)
@@ -66,7 +66,7 @@ def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Epis
         observations, _, _, _, infos = game.step({**predators.act(hunters), **prey.act(hunted)})
         worlds.append(_world(game))
         times.append(float(game.state()[-1]) * env.max_cycles)
-    return Episode(env, tuple(worlds), tuple(np.round(times, 1).tolist()))
+    return Trajectory(env, tuple(worlds), tuple(np.round(times, 1).tolist()))
 
 
 def _world(game: PredPreyEnv) -> World:
@@ -74,13 +74,13 @@ def _world(game: PredPreyEnv) -> World:
     return World(state[:n], state[n : 2 * n], state[2 * n : -1])
 
 
-def as_text(episode: Episode) -> Iterator[str]:
+def as_text(episode: Trajectory) -> Iterator[str]:
     """Yield a frame of text for each moment."""
     for world, time in zip(episode.worlds, episode.times, strict=True):
         yield text(world, episode.env, int(np.ceil(time)))
 
 
-def as_pictures(episode: Episode, fps: float, follow: int | None = None) -> Iterator[np.ndarray]:
+def as_pictures(episode: Trajectory, fps: float, follow: int | None = None) -> Iterator[np.ndarray]:
     """Yield an RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours seen.
 
     With ``follow``, pictures are so many cells wide and follow the chase; else they show the whole world.
@@ -95,7 +95,7 @@ def as_pictures(episode: Episode, fps: float, follow: int | None = None) -> Iter
         yield viewer.frame(world, time, names[int(time)]).copy()
 
 
-def captions(episode: Episode) -> list[str]:
+def captions(episode: Trajectory) -> list[str]:
     """Return the names of the behaviours that are seen after each whole step, or were just before.
 
     The rarest come first in a line; those for which there is no room are left out.
@@ -111,7 +111,7 @@ def captions(episode: Episode) -> list[str]:
     return lines
 
 
-def seen_in(episode: Episode) -> dict[str, np.ndarray]:
+def seen_in(episode: Trajectory) -> dict[str, np.ndarray]:
     """Return the whole steps at which each behaviour is seen, bool ``(n_steps + 1,)``; leave out those never seen."""
     paths, n_rows = episode.paths(), len(episode.cells)
     rows = {name: detector.rows(paths)[0, :n_rows] for name, detector in BEHAVIOURS.items() if detector.of_interaction}

@@ -11,12 +11,12 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.seeding import stream
 from esp_trainer.types import TrialBatch
 
-EPISODES = 128
+WATCHED_EPISODES = 128
 """Number of episodes per watched generation. A behaviour with a rate of 1 in 50 is expected in two or three of them."""
 
 
 def episodes(
-    history: History, evaluator: FusedEvaluator, generation: int, *, n_episodes: int = EPISODES, seed: int = 0
+    history: History, evaluator: FusedEvaluator, generation: int, *, n_episodes: int = WATCHED_EPISODES, seed: int = 0
 ) -> tuple[np.ndarray, Paths]:
     """Play the champions of a generation against each other, from held-out starts.
 
@@ -40,7 +40,12 @@ def episodes(
 
 
 def watch(
-    history: History, evaluator: FusedEvaluator, generations: np.ndarray, *, n_episodes: int = EPISODES, seed: int = 0
+    history: History,
+    evaluator: FusedEvaluator,
+    generations: np.ndarray,
+    *,
+    n_episodes: int = WATCHED_EPISODES,
+    seed: int = 0,
 ) -> dict[str, list[BehaviourRate]]:
     """Measure the rate of each behaviour in episodes between contemporary champions.
 

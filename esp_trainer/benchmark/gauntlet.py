@@ -13,7 +13,7 @@ from esp_trainer.analysis.ratings import rate
 from esp_trainer.benchmark.match import Arena, Challenger, Meeting
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
-from esp_trainer.teams.zoo import FIRST, HELD_OUT, Zoo, load_team
+from esp_trainer.teams.zoo import FIRST_ZOO, HELD_OUT_PREFIX, Zoo, load_team
 from esp_trainer.types import Contestant, Role, ScriptedTeams
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
@@ -25,7 +25,7 @@ train against, and scripts."""
 
 
 @dataclass(frozen=True)
-class Row:
+class OpponentResult:
     """Results of a candidate against one opponent."""
 
     opponent: str
@@ -77,14 +77,14 @@ class Gauntlet:
         self.opponents = sorted(zoo.names(other_team(role)), key=lambda name: PARTS.index(part_of(name)))
         self._arena = Arena(env, n_episodes, seed)
 
-    def play(self, candidate: Challenger) -> Iterator[Row]:
+    def play(self, candidate: Challenger) -> Iterator[OpponentResult]:
         """Yield the row of each opponent in turn. :class:`~esp_trainer.types.PolicyError` if the candidate fails."""
         for name in self.opponents:
             yield self._row(name, self._arena.meet(candidate, self.role, _opponent(name, other_team(self.role))))
 
-    def _row(self, name: str, found: Meeting) -> Row:
+    def _row(self, name: str, found: Meeting) -> OpponentResult:
         all_caught = found.captured == self.n_prey
-        return Row(
+        return OpponentResult(
             opponent=name,
             part=part_of(name),
             caught=wilson_of(float(found.captured.mean() / self.n_prey), self.n_episodes),
@@ -92,7 +92,7 @@ class Gauntlet:
             all_caught_after=float(found.steps[all_caught].mean()) if all_caught.any() else None,
         )
 
-    def standing(self, rows: list[Row]) -> Standing:
+    def standing(self, rows: list[OpponentResult]) -> Standing:
         """Return the summary of the rows of all opponents."""
         by_name = {row.opponent: row.caught.rate for row in rows}
         columns = self.zoo.names(other_team(self.role))
@@ -135,8 +135,8 @@ class Gauntlet:
 
 def part_of(name: str) -> str:
     """Return the part of the gauntlet that an opponent belongs to."""
-    if name.startswith(HELD_OUT):
-        return "older held out" if name.removeprefix(HELD_OUT).startswith(FIRST) else "held out"
+    if name.startswith(HELD_OUT_PREFIX):
+        return "older held out" if name.removeprefix(HELD_OUT_PREFIX).startswith(FIRST_ZOO) else "held out"
     return "scripts" if any(name in scripts for scripts in SCRIPTS.values()) else "zoo"
 
 

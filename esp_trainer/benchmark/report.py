@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis import plots
-from esp_trainer.benchmark.gauntlet import PARTS, Row, Standing
+from esp_trainer.benchmark.gauntlet import PARTS, OpponentResult, Standing
 from esp_trainer.files import to_json, write, write_text
 from esp_trainer.statistics import in_points
 from esp_trainer.types import Role
@@ -37,7 +37,7 @@ class BenchmarkResult:
     seed: int
     zoo: str
     """SHA-256 of the zoo's index."""
-    rows: Sequence[Row]
+    rows: Sequence[OpponentResult]
     standing: Standing | None
     """Summary of the rows; None if the candidate did not finish."""
 
@@ -67,7 +67,7 @@ def table(result: BenchmarkResult) -> str:
     return "\n".join([*lines, "", *(_standing(result) if result.standing else ["it did not come through"])])
 
 
-def _line(row: Row, width: int) -> str:
+def _line(row: OpponentResult, width: int) -> str:
     after = "-" if row.all_caught_after is None else f"{row.all_caught_after:.1f} steps"
     return f"{row.opponent:{width}}{row.caught!s:>24}{row.fitness:>18.2f}{after:>18}"
 

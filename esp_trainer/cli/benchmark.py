@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from esp_trainer.benchmark.gauntlet import Gauntlet, Row
+from esp_trainer.benchmark.gauntlet import Gauntlet, OpponentResult
 from esp_trainer.benchmark.leaderboard import append, read
 from esp_trainer.benchmark.report import BenchmarkResult, save, table
 from esp_trainer.benchmark.specs import Candidate, load_candidate
@@ -49,7 +49,7 @@ def benchmark(
     place.mkdir(parents=True, exist_ok=True)
     check_place(place / "results.json")
     gauntlet = Gauntlet(load_zoo(settings.task), env, settings.role, settings.episodes, settings.seed)
-    rows: list[Row] = []
+    rows: list[OpponentResult] = []
     try:
         meetings, total = gauntlet.play(candidate.player), len(gauntlet.opponents)
         with tqdm(meetings, total=total, unit="opponent", leave=False, disable=None) as bar:  # no bar in log files
@@ -72,7 +72,7 @@ def benchmark(
 
 
 def _result(
-    candidate: Candidate, name: str, settings: BenchmarkOptions, gauntlet: Gauntlet, rows: list[Row]
+    candidate: Candidate, name: str, settings: BenchmarkOptions, gauntlet: Gauntlet, rows: list[OpponentResult]
 ) -> BenchmarkResult:
     return BenchmarkResult(
         name=name,

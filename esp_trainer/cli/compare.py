@@ -15,7 +15,7 @@ from esp_trainer.analysis.comparison import (
     SCRIPTED,
     Condition,
     MeasuredCondition,
-    Opponents,
+    Panel,
     held_out_opponents,
     measure,
     measures,
@@ -187,7 +187,7 @@ def _baseline(names: Sequence[str], wanted: str | None) -> str:
 
 def _measure(
     by_condition: dict[str, list[RunSource]],
-    panels: dict[str, Opponents],
+    panels: dict[str, Panel],
     evaluator: Evaluator,
     settings: CompareOptions,
 ) -> list[Condition]:

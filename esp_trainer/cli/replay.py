@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from esp_trainer.analysis.replay import Episode, as_pictures, as_text, play, seen_in
+from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, play, seen_in
 from esp_trainer.cli.streams import is_screen
 from esp_trainer.cli.teams import pair
 from esp_trainer.files import check_place
@@ -65,7 +65,7 @@ def _with_last_look(pictures: Iterable[np.ndarray], fps: int) -> Iterator[np.nda
     yield from [picture] * (_LAST_LOOK * fps)
 
 
-def _outcome(episode: Episode, steps: range) -> str:
+def _outcome(episode: Trajectory, steps: range) -> str:
     """Return a line about a part of an episode: captures and behaviours."""
     last = min(steps.stop - 1, int(episode.times[-1]))
     caught = int((episode.worlds[episode.times.index(last)].alive == 0).sum())

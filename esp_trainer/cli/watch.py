@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from esp_trainer.analysis.history import curves_of
-from esp_trainer.analysis.replay import Episode, as_text, play
+from esp_trainer.analysis.replay import Trajectory, as_text, play
 from esp_trainer.cli.keyboard import Keyboard
 from esp_trainer.cli.signals import handled_by
 from esp_trainer.cli.streams import is_screen
@@ -145,7 +145,7 @@ def _live(directory: RunDirectory, config: RunConfig, fps: int, keyboard: Keyboa
     print(f"{directory.path} is complete: {counted(config.generations, 'generation')}")
 
 
-def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Episode | None:
+def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Trajectory | None:
     """Play an episode of a generation's champions; None if their files are missing."""
     policies: dict[Role, Policy] = {}
     for role in ROLES:

@@ -34,7 +34,7 @@ class Job(NamedTuple):
     """Seed of each episode, int64 ``(n_trials, n_episodes)``."""
 
 
-class Outcome(NamedTuple):
+class JobResult(NamedTuple):
     """The results of a job."""
 
     fitness: np.ndarray
@@ -43,7 +43,7 @@ class Outcome(NamedTuple):
     """Calls of ``step`` in each episode, int64 ``(n_trials, n_episodes)``."""
 
 
-def play(game: Game, job: Job, environment: Callable[[int], Environment], copies: int = COPIES) -> Outcome:
+def play(game: Game, job: Job, environment: Callable[[int], Environment], copies: int = COPIES) -> JobResult:
     """Play all episodes of a job.
 
     Args:
@@ -61,11 +61,11 @@ def play(game: Game, job: Job, environment: Callable[[int], Environment], copies
         parts = [slice(first, first + MANY) for first in range(0, max(1, job.seeds.size), MANY)]
         outcomes = [_play_many(game, job, many, part) for part in parts]
         fitness, steps = (np.concatenate(arrays) for arrays in zip(*outcomes, strict=True))
-        return Outcome(fitness.reshape(n_trials, n_episodes, fitness.shape[1]), steps.reshape(n_trials, n_episodes))
+        return JobResult(fitness.reshape(n_trials, n_episodes, fitness.shape[1]), steps.reshape(n_trials, n_episodes))
     copies = min(copies, max(1, job.seeds.size))
     sides = [Seats(role, job.squads[role], game.agents[role], game.shapes[role], copies) for role in ROLES]
     everybody = [name for side in sides for name in side.names]
-    outcome = Outcome(np.zeros((n_trials, n_episodes, len(everybody))), np.zeros((n_trials, n_episodes), np.int64))
+    outcome = JobResult(np.zeros((n_trials, n_episodes, len(everybody))), np.zeros((n_trials, n_episodes), np.int64))
     for side in sides:
         side.choose()  # loads the compiled code, also where there is no episode
     waiting: Iterator[tuple[int, ...]] = np.ndindex(n_trials, n_episodes)
@@ -93,13 +93,13 @@ def play(game: Game, job: Job, environment: Callable[[int], Environment], copies
     return outcome
 
 
-def _play_many(game: Game, job: Job, many: ManyEpisodes, part: slice) -> Outcome:
+def _play_many(game: Game, job: Job, many: ManyEpisodes, part: slice) -> JobResult:
     """Play a part of a job's episodes, in their order, all side by side."""
     seeds = job.seeds.ravel()[part]
     trials = np.repeat(np.arange(len(job.seeds)), job.seeds.shape[1])[part]
     sides = [Seats(role, job.squads[role], game.agents[role], game.shapes[role], len(seeds)) for role in ROLES]
     everybody = [name for side in sides for name in side.names]
-    outcome = Outcome(np.zeros((len(seeds), len(everybody))), np.zeros(len(seeds), np.int64))
+    outcome = JobResult(np.zeros((len(seeds), len(everybody))), np.zeros(len(seeds), np.int64))
     playing = np.ones(len(seeds), np.bool_)
     for side in sides:
         for copy, (trial, seed) in enumerate(zip(trials.tolist(), seeds.tolist(), strict=True)):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.cores import cores
-from esp_trainer.evaluation.lockstep import Job, Outcome, play
+from esp_trainer.evaluation.lockstep import Job, JobResult, play
 from esp_trainer.evaluation.seats import Squad
 from esp_trainer.evaluation.starts import SeedStarts
 from esp_trainer.evaluation.workers import WorkError, Workers
@@ -89,7 +89,7 @@ class GameEvaluator:
         return TrialResult(fitness, nobody, steps, zero_sum_part(fitness, n_predators))
 
 
-def _play(job: tuple[str, Job]) -> Outcome:
+def _play(job: tuple[str, Job]) -> JobResult:
     """Play a job of a game, in any process."""
     config, episodes = job
     return play(game_of(GameConfig.model_validate_json(config)), episodes, _copies(config))

@@ -17,7 +17,7 @@ TRIES = 3
 
 _UNGUARDED = "; a script that starts processes must do so below if __name__ == '__main__'"
 
-Work: TypeAlias = Callable[[Any], Any]
+JobFunction: TypeAlias = Callable[[Any], Any]
 """Function that a process calls for each job; it must be importable there."""
 
 
@@ -37,7 +37,7 @@ class Workers:
         n: Number of processes.
     """
 
-    def __init__(self, work: Work, n: int) -> None:
+    def __init__(self, work: JobFunction, n: int) -> None:
         self._work, self.n = work, n
         self._workers: list[_Worker] = []
 
@@ -98,7 +98,7 @@ class Workers:
 
 
 class _Worker:
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: JobFunction) -> None:
         context = multiprocessing.get_context("spawn")  # a fork of a process that has threads can hang
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, work), daemon=True)
@@ -118,7 +118,7 @@ class _Worker:
         return self.process.exitcode or 0
 
 
-def _serve(connection: Connection, work: Work) -> None:
+def _serve(connection: Connection, work: JobFunction) -> None:
     for name in ("SIGINT", "SIGHUP"):  # the parent handles Ctrl-C and the closing of the terminal
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

@@ -109,7 +109,7 @@ def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: 
                 fixed = chances if is_moving(role, moves) else still
 
                 def answer(
-                    part: tuple[Game, slice],
+                    part: tuple[Subgame, slice],
                     moves: Moves = moves,
                     fixed: np.ndarray = fixed,
                     later: np.ndarray = later,
@@ -129,7 +129,7 @@ def is_moving(role: Role, moves: Moves) -> bool:
     return bool(moves.cell.shape[1 if role == "predators" else 2] > 1)
 
 
-class Game(NamedTuple):
+class Subgame(NamedTuple):
     """The part of the game in which a given subset of the prey is left."""
 
     n_predators: int
@@ -140,7 +140,7 @@ class Game(NamedTuple):
     n_prey,)``."""
 
 
-def parts_of(config: EnvConfig) -> list[tuple[Game, slice]]:
+def parts_of(config: EnvConfig) -> list[tuple[Subgame, slice]]:
     """Return all states, in portions with the same prey left."""
     found, games = [], survivors(config)
     for prey, keys in games:
@@ -148,7 +148,7 @@ def parts_of(config: EnvConfig) -> list[tuple[Game, slice]]:
         for others, theirs in games:
             if set(others) <= set(prey):
                 begins[sum(1 << prey.index(each) for each in others)] = theirs.start
-        game = Game(config.n_predators, np.array(prey), begins)
+        game = Subgame(config.n_predators, np.array(prey), begins)
         found += [(game, slice(first, min(first + _PART, keys.stop))) for first in range(keys.start, keys.stop, _PART)]
     return found
 
@@ -167,7 +167,7 @@ class ResponseWork(NamedTuple):
     """Expected number of prey caught after each answer: float64 ``(n_joint,)``."""
 
 
-def make_response_work(game: Game, moves: Moves, role: Role) -> ResponseWork:
+def make_response_work(game: Subgame, moves: Moves, role: Role) -> ResponseWork:
     """Return scratch arrays for a turn; each thread needs its own."""
     n_prey = len(game.prey)
     n_agents = game.n_predators + n_prey
@@ -189,7 +189,14 @@ def memory_for_response(config: EnvConfig, role: Role) -> int:
 
 @entry_point
 def best_answers(
-    game: Game, moves: Moves, chances: Any, predators_fixed: bool, later: Any, now: Any, first: int, room: ResponseWork
+    game: Subgame,
+    moves: Moves,
+    chances: Any,
+    predators_fixed: bool,
+    later: Any,
+    now: Any,
+    first: int,
+    room: ResponseWork,
 ) -> None:
     """Compute the values of a best response in the states from ``first`` on, and write them to ``now``.
 
@@ -220,7 +227,7 @@ def best_answers(
 
 
 @rule
-def _chance(game: Game, chances: Any, predators_fixed: bool, joint: Any) -> float:
+def _chance(game: Subgame, chances: Any, predators_fixed: bool, joint: Any) -> float:
     """Return the probability of a joint action of the fixed side."""
     chance = 1.0
     for i in range(len(joint)):

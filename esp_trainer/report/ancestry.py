@@ -12,7 +12,7 @@ from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.types import Role
 from predprey_env.settings import counted
 
-COLOURS = ("@0", "@1", "@2", "@3", "@4", "@5")
+FOUNDER_COLOURS = ("@0", "@1", "@2", "@3", "@4", "@5")
 """Colours of the founders of a neuron that lead longest; all others have :data:`OTHERS`."""
 OTHERS = "@line"
 COLUMNS = 300
@@ -73,7 +73,7 @@ def colours(founders: np.ndarray) -> np.ndarray:
     found = np.zeros_like(founders)
     for neuron, leads in enumerate(founders.T):
         slots, first, times = np.unique(leads, return_index=True, return_counts=True)
-        for rank, slot in enumerate(slots[np.lexsort((first, -times))][: len(COLOURS)], start=1):
+        for rank, slot in enumerate(slots[np.lexsort((first, -times))][: len(FOUNDER_COLOURS)], start=1):
             found[leads == slot, neuron] = rank
     return found
 
@@ -83,15 +83,15 @@ def _heat_map(leading: Leading) -> dict[str, Any]:
     shown = np.unique(np.linspace(0, n - 1, COLUMNS).round().astype(int))
     percent = [np.round(100 * values).astype(int) for values in (leading.share, leading.from_past)]
     known = np.stack([leading.founder, *percent], axis=2)[shown]
-    edges = np.linspace(0, 1, len(COLOURS) + 2)
-    scale = [[at, name] for i, name in enumerate((OTHERS, *COLOURS)) for at in (edges[i], edges[i + 1])]
+    edges = np.linspace(0, 1, len(FOUNDER_COLOURS) + 2)
+    scale = [[at, name] for i, name in enumerate((OTHERS, *FOUNDER_COLOURS)) for at in (edges[i], edges[i + 1])]
     return {
         "type": "heatmap",
         "x": shown.tolist(),
         "y": list(range(known.shape[1])),
         "z": colours(leading.founder)[shown].T.tolist(),
         "zmin": -0.5,
-        "zmax": len(COLOURS) + 0.5,
+        "zmax": len(FOUNDER_COLOURS) + 0.5,
         "customdata": known.swapaxes(0, 1).tolist(),
         "colorscale": scale,
         "showscale": False,

@@ -20,7 +20,7 @@ from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
 from esp_trainer.report import genealogy
 from esp_trainer.report.ancestry import ancestry
-from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared
+from esp_trainer.report.measure import REPORTED_BEHAVIOURS, MeasuredRuns, appeared
 from esp_trainer.report.source import SPREADS
 from esp_trainer.report.verdict import WINDOW
 from esp_trainer.report.win_matrix import rounded
@@ -169,7 +169,7 @@ def _others(runs: Sequence[MeasuredRuns]) -> Figure:
 def _behaviours(runs: Sequence[MeasuredRuns]) -> Figure:
     watched = [run.watched for run in runs if run.watched]
     data: list[Any] = []
-    for number, name in enumerate(SHOWN):
+    for number, name in enumerate(REPORTED_BEHAVIOURS):
         rates = np.array([each.excess(name) for each in watched])
         if not rates.size or np.isnan(rates).any():
             continue

@@ -23,7 +23,7 @@ from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.report.source import RunSource
 from esp_trainer.seeding import stream
 
-SHOWN = tuple(name for name, detector in BEHAVIOURS.items() if detector.of_interaction)
+REPORTED_BEHAVIOURS = tuple(name for name, detector in BEHAVIOURS.items() if detector.of_interaction)
 """Behaviours that a report covers: those between predators and prey."""
 
 SHORTEST = 2 * dating.MIN_LENGTH
@@ -105,7 +105,7 @@ def why_undated(runs: Sequence[MeasuredRuns]) -> str:
 def never_seen(runs: Sequence[MeasuredRuns]) -> list[str]:
     """Return the behaviours that are defined for the teams but were never seen."""
     watched = [run.watched for run in runs if run.watched]
-    asked = [name for name in SHOWN if watched and not np.isnan(watched[0].excess(name)).all()]
+    asked = [name for name in REPORTED_BEHAVIOURS if watched and not np.isnan(watched[0].excess(name)).all()]
     return [name for name in asked if not any(name in moments for each in watched for moments in each.moments)]
 
 
@@ -159,7 +159,7 @@ def _watch(history: History, evaluator: FusedEvaluator, generations: np.ndarray)
         trace, paths = episodes(history, evaluator, generation)
         for name, rate in count_behaviours(paths, stream(0, "null", generation)).items():
             rates.setdefault(name, []).append(rate)
-        asked = [name for name in SHOWN if not np.isnan(rates[name][-1].excess)]
+        asked = [name for name in REPORTED_BEHAVIOURS if not np.isnan(rates[name][-1].excess)]
         best = {name: best_moment(name, trace, paths) for name in asked if rates[name][-1].rate > 0}
         moments.append({name: moment for name, moment in best.items() if moment})
     return Watched(generations, rates, moments)

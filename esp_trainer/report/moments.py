@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.phases import Phase
-from esp_trainer.report.measure import SEEN, SHOWN, MeasuredRuns, Watched, why_undated
+from esp_trainer.report.measure import REPORTED_BEHAVIOURS, SEEN, MeasuredRuns, Watched, why_undated
 
 PHASES = 6
 """Maximum number of phases that are shown."""
@@ -60,7 +60,7 @@ def _inside(watched: Watched, phase: Phase) -> np.ndarray:
 def _set_apart(watched: Watched, i: int, phase: Phase) -> tuple[float, int, str] | None:
     """Return the behaviour that sets a phase apart, preceded by its difference and the phase; None if none does."""
     inside = _inside(watched, phase)
-    seen = [name for name in SHOWN if any(name in watched.moments[at] for at in np.flatnonzero(inside))]
+    seen = [name for name in REPORTED_BEHAVIOURS if any(name in watched.moments[at] for at in np.flatnonzero(inside))]
     apart = [
         (float(np.nanmean(watched.excess(name)[inside]) - np.nanmean(watched.excess(name))), i, name) for name in seen
     ]
@@ -88,7 +88,7 @@ def of_behaviours(runs: Sequence[MeasuredRuns], without: Iterable[str] = ()) -> 
         without: Behaviours to leave out.
     """
     found = []
-    for name in [name for name in SHOWN if name not in without]:
+    for name in [name for name in REPORTED_BEHAVIOURS if name not in without]:
         seen = [
             (float(run.watched.excess(name)[at]), number, at)
             for number, run in enumerate(runs)

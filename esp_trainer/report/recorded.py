@@ -22,7 +22,7 @@ from predprey_env.config import EnvConfig
 
 BUDGET = 2**20
 """Maximum size of all recorded cells in a page, in bytes before base64; half of it for the moments at most."""
-GENERATIONS = 12
+RECORDED_GENERATIONS = 12
 """Maximum number of generations of each side; fewer if a match is large, but one at least."""
 STARTS = 4
 """Maximum number of starts of each pairing."""
@@ -46,7 +46,7 @@ def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], st
     size = _bytes_of_match(evaluator.env)
     shown = moments[: BUDGET // 2 // size]
     room = (BUDGET - len(shown) * size) // size // len(runs)
-    n_generations = min(GENERATIONS, max(1, isqrt(room // STARTS)))
+    n_generations = min(RECORDED_GENERATIONS, max(1, isqrt(room // STARTS)))
     chosen = _spread(starts, STARTS)
     offered: list[dict[str, Any]] = []
     matches: list[dict[str, Any]] = []

@@ -10,7 +10,7 @@ import numpy as np
 from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
-from esp_trainer.report.measure import SHOWN, MeasuredRuns, appeared, never_seen, why_undated
+from esp_trainer.report.measure import REPORTED_BEHAVIOURS, MeasuredRuns, appeared, never_seen, why_undated
 from esp_trainer.report.verdict import in_short, notable, payoff_in_words, script_of, swings, why_unknown, won
 from esp_trainer.types import ROLES, Role
 from predprey_env.settings import counted
@@ -215,7 +215,7 @@ def _behaviours(runs: Sequence[MeasuredRuns]) -> Line | None:
     if not watched:
         return None
     never, seen, absent = never_seen(runs), [], []
-    for name in SHOWN:
+    for name in REPORTED_BEHAVIOURS:
         rates = np.mean([each.excess(name) for each in watched], axis=0)
         if np.isnan(rates).all():
             continue

@@ -20,9 +20,9 @@ from esp_trainer.types import Role
 
 PLACE = Path(__file__).parent / "zoo"
 """Directory of the zoo's files."""
-HELD_OUT = "held-out/"
+HELD_OUT_PREFIX = "held-out/"
 """Prefix of the names of teams that are for reporting only."""
-FIRST = ("paper", "modern", "drawn")
+FIRST_ZOO = ("paper", "modern", "drawn")
 """Presets, without the task, of the first zoo. Its held-out teams are a panel of their own, so that older figures can
 be compared with."""
 
@@ -57,7 +57,7 @@ class ZooTeam:
     @property
     def held_out(self) -> bool:
         """Return whether the team is for reporting only."""
-        return self.name.startswith(HELD_OUT)
+        return self.name.startswith(HELD_OUT_PREFIX)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from predprey_env.tasks import world
 
 ByAgent: TypeAlias = dict[str, np.ndarray]
 """An array for each agent, whose first axis is the worlds."""
-Infos: TypeAlias = dict[str, dict[str, np.ndarray]]
+InfosByAgent: TypeAlias = dict[str, dict[str, np.ndarray]]
 
 
 @spell_out(EnvConfig)
@@ -124,7 +124,7 @@ class ParallelVectorEnv(ManyWorlds):
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
-    ) -> tuple[ByAgent, Infos]:
+    ) -> tuple[ByAgent, InfosByAgent]:
         """Start all worlds, or with ``options={"reset_mask": bool (n_worlds,)}`` those that are marked.
 
         Seeds and ``options={"starts": cells}`` are as in :meth:`predprey_env.PredPreyVectorEnv.reset`.
@@ -135,7 +135,7 @@ class ParallelVectorEnv(ManyWorlds):
         self._mark_started(which)
         return self._look(), self._count()
 
-    def step(self, actions: Mapping[str, np.ndarray]) -> tuple[ByAgent, ByAgent, ByAgent, ByAgent, Infos]:
+    def step(self, actions: Mapping[str, np.ndarray]) -> tuple[ByAgent, ByAgent, ByAgent, ByAgent, InfosByAgent]:
         """Play one time step of every world, with actions for each agent: int ``(n_worlds,)``.
 
         Returns observations, float32 ``(n_worlds, n_seen)``, rewards, terminations, truncations and infos by agent. If
@@ -208,8 +208,8 @@ class ParallelVectorEnv(ManyWorlds):
             seen |= {agent: views[:, i] for i, agent in enumerate(self._names[team])}
         return seen
 
-    def _count(self) -> Infos:
-        infos: Infos = {}
+    def _count(self) -> InfosByAgent:
+        infos: InfosByAgent = {}
         for team in TEAMS:
             rows = self._rows[team]
             counts = make_counts(self.n_worlds, rows)

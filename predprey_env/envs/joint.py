@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias, Unpack
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
@@ -12,12 +12,11 @@ from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Configured, read_only
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
+from predprey_env.envs.parallel import Info
 from predprey_env.envs.team import TeamView, team_view
 from predprey_env.policies.pool import Opponents
 from predprey_env.policies.protocol import Policy
 from predprey_env.settings import spell_out, whole_numbers
-
-Info: TypeAlias = dict[str, Any]
 
 
 @spell_out(EnvConfig)

@@ -13,7 +13,7 @@ from predprey_env.config import EnvConfig
 from predprey_env.envs.fixed import Timed, read_only
 from predprey_env.envs.inputs import read_mask, read_mode, read_seeds
 from predprey_env.envs.options import Options, read_options
-from predprey_env.envs.pictures import RENDER_FPS, RENDER_MODES, Painters, Pictured, Pictures
+from predprey_env.envs.pictures import RENDER_FPS, VECTOR_RENDER_MODES, Painters, Pictured, Pictures
 from predprey_env.envs.worlds import Scratch, Worlds, make_scratch, make_worlds, place, score
 from predprey_env.rules.starts import draw_each, given_starts
 from predprey_env.settings import brief
@@ -46,7 +46,11 @@ class ManyWorlds(Timed):
         self._config, self._rules = config, config.rules
         self._n_worlds = n_worlds
         self._render_mode, self._painters = pictured.mode, Painters(config, pictured)
-        self._metadata = {"name": "predprey_vector_v0", "render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}
+        self._metadata = {
+            "name": "predprey_vector_v0",
+            "render_modes": list(VECTOR_RENDER_MODES),
+            "render_fps": RENDER_FPS,
+        }
         self._autoreset_mode = self._metadata["autoreset_mode"] = read_mode(autoreset_mode)
         self._worlds, self._scratch = make_worlds(config, n_worlds), make_scratch(config)
         self._scores = np.zeros((n_worlds, config.n_agents))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from predprey_env.rendering.viewer import Viewer  # imports pygame
 
 RENDER_FPS = 15
-RENDER_MODES = ("rgb_array",)
+VECTOR_RENDER_MODES = ("rgb_array",)
 
 
 class Pictured(NamedTuple):
@@ -41,8 +41,8 @@ class Painters:
     """
 
     def __init__(self, config: EnvConfig, pictured: Pictured) -> None:
-        if pictured.mode not in (None, *RENDER_MODES):
-            raise ValueError(f"render_mode must be None or {' or '.join(RENDER_MODES)}, got {pictured.mode!r}")
+        if pictured.mode not in (None, *VECTOR_RENDER_MODES):
+            raise ValueError(f"render_mode must be None or {' or '.join(VECTOR_RENDER_MODES)}, got {pictured.mode!r}")
         if pictured.follow is not None and whole_number("follow", pictured.follow, 5) > config.size:
             raise ValueError(f"follow must be at most {config.size}, the size of the world, got {pictured.follow}")
         if pictured.mode is not None:

@@ -16,15 +16,15 @@ from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 from predprey_env.settings import brief, error_line
 from predprey_env.sight import AnySight, observe
 
-Function: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
-Opponent: TypeAlias = str | Policy | Function
+PolicyFunction: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
+Opponent: TypeAlias = str | Policy | PolicyFunction
 """The name of a script, a policy, or a function from observations to actions, by agent."""
 
 
 class FunctionPolicy:
     """A function without memory, as a policy."""
 
-    def __init__(self, function: Function) -> None:
+    def __init__(self, function: PolicyFunction) -> None:
         self._function = function
 
     def reset(self, seed: int | None = None) -> None:

@@ -13,11 +13,11 @@ from bench.page import Row
 from bench.timing import side_by_side
 from predprey_env import EnvConfig
 
-CYCLES = EnvConfig().max_cycles
+MAX_CYCLES = EnvConfig().max_cycles
 """Steps of an episode, ours and theirs."""
 
 
-class Scale(NamedTuple):
+class PeerScale(NamedTuple):
     """Sizes of the measurements."""
 
     repetitions: int
@@ -30,11 +30,11 @@ class Scale(NamedTuple):
 
     def n_calls(self, n_worlds: int) -> int:
         """Return the calls of ``step`` in a run: whole episodes, so that resets count as they occur."""
-        return CYCLES * max(1, min(self.most_episodes, self.batch_steps // (CYCLES * n_worlds)))
+        return MAX_CYCLES * max(1, min(self.most_episodes, self.batch_steps // (MAX_CYCLES * n_worlds)))
 
 
-FULL = Scale(9, 10, 310_000, 14)
-QUICK = Scale(1, 1, 0, 1)
+FULL = PeerScale(9, 10, 310_000, 14)
+QUICK = PeerScale(1, 1, 0, 1)
 """Enough to see that everything runs; its figures mean nothing."""
 
 

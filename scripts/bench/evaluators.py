@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.page import Row, at_least
 from bench.timing import measure, side_by_side
-from bench.workload import Scale, config_of, first_generation
+from bench.workload import TrainerScale, config_of, first_generation
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.reference import predprey_reference, team_of_trial
@@ -14,7 +14,7 @@ from esp_trainer.types import EvolvedTeams, ScriptedTeams, TeamBatch, TrialBatch
 from predprey_env import PredPreyEnv
 
 
-def rows(scale: Scale) -> list[Row]:
+def rows(scale: TrainerScale) -> list[Row]:
     """Return the CPU seconds of each evaluator, and their ratio to those of the fused kernel."""
     config, linear = config_of(scale), config_of(scale, "linear")
     batch, linear_batch = first_generation(config), first_generation(linear)
@@ -65,7 +65,7 @@ def rows(scale: Scale) -> list[Row]:
     ]
 
 
-def _parts(scale: Scale, batch: TrialBatch) -> dict[str, float]:
+def _parts(scale: TrainerScale, batch: TrialBatch) -> dict[str, float]:
     """Return the CPU seconds of the same trials with less to do, which say where the time goes."""
     config = config_of(scale)
     slim = {side: getattr(config, side).replace(n_hidden=1) for side in ("predators", "prey")}
@@ -106,7 +106,7 @@ def check_agreement(name: str, result: TrialResult, fused: TrialResult) -> None:
         raise RuntimeError(f"{name} must play as fused does")
 
 
-def _reference(config: RunConfig, batch: TrialBatch, fused: TrialResult, scale: Scale) -> tuple[int, float]:
+def _reference(config: RunConfig, batch: TrialBatch, fused: TrialResult, scale: TrainerScale) -> tuple[int, float]:
     """Return the number of episodes that the reference played, and its CPU seconds for as many steps as the others."""
     few = scale.reference_trials
     evaluator = predprey_reference(config.env)

@@ -22,7 +22,7 @@ IN_ARRAYS = preset("game")
 CONFIG = IN_ARRAYS.with_fields({"game.environment": "mpe2.simple_tag_v3"})
 
 
-class Scale(NamedTuple):
+class GameScale(NamedTuple):
     """How much is played."""
 
     trials: int
@@ -32,10 +32,10 @@ class Scale(NamedTuple):
     repetitions: int
 
 
-FULL, QUICK = Scale(24, 960, 3), Scale(2, 4, 1)
+FULL, QUICK = GameScale(24, 960, 3), GameScale(2, 4, 1)
 
 
-def rows(scale: Scale) -> list[Row]:
+def rows(scale: GameScale) -> list[Row]:
     """Return the time of an episode by every evaluator."""
     few, many = _batch(CONFIG, scale.trials), _batch(IN_ARRAYS, scale.many)
     reference = ReferenceEvaluator(

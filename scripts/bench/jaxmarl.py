@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.contenders import CYCLES, Contender, check_plays, find
+from bench.contenders import MAX_CYCLES, Contender, check_plays, find
 from predprey_env import EnvConfig
 
 N_PREDATORS, N_PREY = EnvConfig().n_predators, EnvConfig().n_prey
@@ -32,7 +32,7 @@ def jaxmarl_contenders(n_worlds: int, against: str) -> list[Contender]:
         ways = (tag.step_by_step, tag.scan)
     runs = zip(("a call for each step", f"`lax.scan` over {IN_A_SCAN} steps"), ways, strict=True)
     return [
-        Contender(f"JaxMARL `simple_tag`, {n_worlds} worlds, 3 v 2, {way}", CYCLES * n_worlds, run, against)
+        Contender(f"JaxMARL `simple_tag`, {n_worlds} worlds, 3 v 2, {way}", MAX_CYCLES * n_worlds, run, against)
         for way, run in runs
     ]
 
@@ -43,7 +43,7 @@ class Tag:
     def __init__(self, jax: Any, mpe: Any, n_worlds: int) -> None:
         self._wait = jax.block_until_ready
         # It ends in the step after max_steps.
-        env = mpe.SimpleTagMPE(num_good_agents=N_PREY, num_adversaries=N_PREDATORS, max_steps=CYCLES - 1)
+        env = mpe.SimpleTagMPE(num_good_agents=N_PREY, num_adversaries=N_PREDATORS, max_steps=MAX_CYCLES - 1)
         generator = np.random.default_rng(0)
         drawn = {agent: generator.integers(0, 5, (IN_A_SCAN, n_worlds), np.int32) for agent in env.agents}
         actions = {agent: jax.numpy.asarray(rows) for agent, rows in drawn.items()}
@@ -64,14 +64,14 @@ class Tag:
 
     def step_by_step(self) -> None:
         """Step as ours is stepped: each call gives back what came of it."""
-        for number in range(CYCLES):
+        for number in range(MAX_CYCLES):
             self._now, results = self._advance(self._now, self._actions[number % IN_A_SCAN])
             self._wait(results)
 
     def scan(self) -> list[Any]:
         """Make many steps in one call, which gives back what came of each."""
         all_results = []
-        for _ in range(CYCLES // IN_A_SCAN):
+        for _ in range(MAX_CYCLES // IN_A_SCAN):
             self._now, results = self._scan(self._now)
             all_results.append(self._wait(results))
         return all_results

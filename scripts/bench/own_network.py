@@ -9,12 +9,12 @@ from esp_trainer.networks.feedforward import FeedForward
 from predprey_env.jit import add_products, fma, load, rule, zeros
 
 
-class Own(FeedForward):
+class OwnNetwork(FeedForward):
     """A network with the genes of the paper's, and a rule of its own."""
 
 
 @rule
-def own(
+def own_network(
     network: Any,
     weights: Any,
     at: int,
@@ -35,4 +35,4 @@ def own(
     return outputs
 
 
-respond.register(Own, own)
+respond.register(OwnNetwork, own_network)

@@ -8,7 +8,7 @@ from predprey_env import observe, offset_to
 from predprey_env.jit import as_float, rule, store
 
 
-class Own(NamedTuple):
+class OwnSight(NamedTuple):
     """The offsets to the opponents."""
 
     teammates: bool = False
@@ -27,7 +27,7 @@ class Own(NamedTuple):
 
 
 @rule
-def own(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:  # noqa: ARG001
+def own_sight(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:  # noqa: ARG001
     """Write the offsets to the opponents of an agent."""
     hunts = agent < rules.n_predators
     first = rules.n_predators if hunts else 0
@@ -39,4 +39,4 @@ def own(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, ro
     return row
 
 
-observe.register(Own, own)
+observe.register(OwnSight, own_sight)

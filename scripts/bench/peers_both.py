@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.contenders import CYCLES, Contender, Scale, check_plays, find, rows_of, stepping_all
+from bench.contenders import MAX_CYCLES, Contender, PeerScale, check_plays, find, rows_of, stepping_all
 from bench.jaxmarl import jaxmarl_contenders
 from bench.page import Row
 from predprey_env import EnvConfig, ParallelVectorEnv, parallel_env, parallel_vector_env
@@ -50,7 +50,7 @@ class LoopedEnvs:
         return {agent: np.array([world[agent] for world in worlds]) for agent in self._agents}
 
 
-def rows(scale: Scale) -> list[Row]:
+def rows(scale: PeerScale) -> list[Row]:
     """Return rows beside JaxMARL, and beside what steps one world after the other or each in a process."""
     many = _ours(MANY, scale, TARGET)
     beside_jax = rows_of([many, *jaxmarl_contenders(MANY, many.what)], scale.repetitions)
@@ -60,8 +60,8 @@ def rows(scale: Scale) -> list[Row]:
     for what, env in others.items():
         if env is not None:
             check_same(what, env)
-        run = env and stepping_all(env, random_actions(parallel_vector_env(FEW)), CYCLES)
-        contenders.append(Contender(f"{what}, {FEW} worlds, both teams from outside", CYCLES * FEW, run, few.what))
+        run = env and stepping_all(env, random_actions(parallel_vector_env(FEW)), MAX_CYCLES)
+        contenders.append(Contender(f"{what}, {FEW} worlds, both teams from outside", MAX_CYCLES * FEW, run, few.what))
     found = rows_of(contenders, scale.repetitions)
     if vectoriser is not None:
         vectoriser.close()
@@ -75,11 +75,11 @@ def random_actions(env: ParallelVectorEnv, n: int = 64) -> list[dict[str, np.nda
     return [{agent: generator.integers(0, size, env.n_worlds) for agent, size in sizes.items()} for _ in range(n)]
 
 
-def _ours(n_worlds: int, scale: Scale, target: int | None = None) -> Contender:
+def _ours(n_worlds: int, scale: PeerScale, target: int | None = None) -> Contender:
     env, n_calls = parallel_vector_env(n_worlds), scale.n_calls(n_worlds)
     env.reset(seed=0)
     actions, n_ended, n_caught = random_actions(env), 0, 0
-    for number in range(CYCLES):
+    for number in range(MAX_CYCLES):
         _, _, terminated, truncated, _ = env.step(actions[number % len(actions)])
         ended = terminated["prey_0"] | truncated["prey_0"]
         n_ended += int(ended.sum())
@@ -101,7 +101,7 @@ def check_same(what: str, other: Any) -> None:
     ours = parallel_vector_env(FEW)
     actions = random_actions(ours)
     same, n_ended = _same(other.reset(seed=0)[0], ours.reset(seed=0)[0]), 0
-    for number in range(CYCLES + 20):
+    for number in range(MAX_CYCLES + 20):
         theirs, expected = other.step(actions[number % len(actions)]), ours.step(actions[number % len(actions)])
         same = same and all(_same(a, b) for a, b in zip(theirs[:4], expected[:4], strict=True))
         n_ended += int((expected[2]["prey_0"] | expected[3]["prey_0"]).sum())

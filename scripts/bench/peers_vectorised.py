@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.contenders import CYCLES, Contender, Scale, find, rows_of, stepping_all
+from bench.contenders import MAX_CYCLES, Contender, PeerScale, find, rows_of, stepping_all
 from bench.page import Row
 from bench.peers_batched import make_env, random_actions
 from bench.workload import random_team
@@ -20,7 +20,7 @@ from predprey_env import team_view
 from predprey_env.config import TeamName
 from predprey_env.policies.opponents import Opponent
 
-WORLDS = 128
+N_WORLDS = 128
 TEAM: TeamName = "predators"
 
 
@@ -52,7 +52,7 @@ class LoopedViews:
         return np.array(seen), np.array(earned), np.array(ended), np.array(late)
 
 
-def rows(scale: Scale) -> list[Row]:
+def rows(scale: PeerScale) -> list[Row]:
     """Return rows against a script, and against random networks."""
     return [
         *_rows("run_straight", "prey that `run_straight`", scale),
@@ -60,23 +60,23 @@ def rows(scale: Scale) -> list[Row]:
     ]
 
 
-def _rows(opponent: Opponent, who: str, scale: Scale) -> list[Row]:
+def _rows(opponent: Opponent, who: str, scale: PeerScale) -> list[Row]:
     envs = {
-        "`vector_env()`": make_env(WORLDS, TEAM, opponent),
+        "`vector_env()`": make_env(N_WORLDS, TEAM, opponent),
         "SuperSuit `concat_vec_envs_v1` over `team_view()`s": _supersuit(opponent),
-        "a Python loop over `team_view()`s": LoopedViews(WORLDS, opponent),
+        "a Python loop over `team_view()`s": LoopedViews(N_WORLDS, opponent),
     }
     ours, *others = envs
     for what in others:
         if envs[what] is not None:
             check_same(what, envs[what], envs[ours])
-    context = f", {WORLDS} worlds, {TEAM} against {who}"
+    context = f", {N_WORLDS} worlds, {TEAM} against {who}"
     contenders = []
     for what, env in envs.items():
-        n_calls = scale.n_calls(WORLDS) if what == ours else CYCLES
+        n_calls = scale.n_calls(N_WORLDS) if what == ours else MAX_CYCLES
         run = stepping_all(env, random_actions(env), n_calls) if env is not None else None
         against = "" if what == ours else ours + context
-        contenders.append(Contender(what + context, n_calls * WORLDS, run, against))
+        contenders.append(Contender(what + context, n_calls * N_WORLDS, run, against))
     return rows_of(contenders, scale.repetitions)
 
 
@@ -85,7 +85,7 @@ def _supersuit(opponent: Opponent) -> Any:
     if supersuit is None:
         return None
     one = supersuit.pettingzoo_env_to_vec_env_v1(team_view(TEAM, opponent))
-    return supersuit.concat_vec_envs_v1(one, WORLDS, num_cpus=0, base_class="gymnasium")
+    return supersuit.concat_vec_envs_v1(one, N_WORLDS, num_cpus=0, base_class="gymnasium")
 
 
 def check_same(what: str, other: Any, ours: Any) -> None:
@@ -93,7 +93,7 @@ def check_same(what: str, other: Any, ours: Any) -> None:
     actions = random_actions(ours)
     same = np.array_equal(other.reset(seed=0)[0], ours.reset(seed=0)[0])
     n_ended = n_caught = 0
-    for number in range(CYCLES + 20):
+    for number in range(MAX_CYCLES + 20):
         chosen = actions[number % len(actions)]
         theirs, expected = other.step(chosen), ours.step(chosen)
         same = same and all(

@@ -7,7 +7,7 @@ from typing import Any
 
 from bench.page import Row
 from bench.timing import measure, side_by_side
-from bench.workload import Scale, config_of, first_generation
+from bench.workload import TrainerScale, config_of, first_generation
 from esp_trainer.algorithms import ALGORITHMS
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.sides import new_sides, side_controller
@@ -20,24 +20,26 @@ from predprey_env.config import SIGHT_OPTIONS
 LIMIT = 3.0
 """Largest cost relative to the built-in part."""
 
-PARTS: dict[str, dict[str, Any]] = {
+REPLACED_PARTS: dict[str, dict[str, Any]] = {
     **{f"`{name}` controllers": {"controller": name} for name in ("monolithic", "combiner", "double", "central")},
     **{f"`{name}` networks": {"network": name} for name in NETWORKS if name != "feedforward"},
-    "networks of a user, with the arithmetic of the paper's": {"network": "bench.own_network:Own"},
+    "networks of a user, with the arithmetic of the paper's": {"network": "bench.own_network:OwnNetwork"},
 }
 
 
-def rows(scale: Scale) -> list[Row]:
+def rows(scale: TrainerScale) -> list[Row]:
     """Return what each part costs, relative to the paper's."""
     return [*_playing(scale), *_generations(scale)]
 
 
-def _playing(scale: Scale) -> list[Row]:
+def _playing(scale: TrainerScale) -> list[Row]:
     """Return rows on the trials of a generation with other controllers, networks and sights."""
     plain = config_of(scale)
-    configs = {name: plain.replace(**dict.fromkeys(ROLES, plain.predators.replace(**p))) for name, p in PARTS.items()}
+    configs = {
+        name: plain.replace(**dict.fromkeys(ROLES, plain.predators.replace(**p))) for name, p in REPLACED_PARTS.items()
+    }
     configs["everything seen (`see_*`)"] = plain.replace(env=plain.env.replace(**dict.fromkeys(SIGHT_OPTIONS, True)))
-    own = plain.env.replace(observation="bench.own_sight:Own")
+    own = plain.env.replace(observation="bench.own_sight:OwnSight")
     configs["an observation of a user, with the arithmetic of the paper's"] = plain.replace(env=own)
     compiling = {name: _first_seconds(config) for name, config in configs.items()}
     taken = side_by_side({"": _trials(plain), **{n: _trials(c) for n, c in configs.items()}}, scale.repetitions)
@@ -74,7 +76,7 @@ def _n_genes(config: RunConfig) -> int:
     return found
 
 
-def _generations(scale: Scale) -> list[Row]:
+def _generations(scale: TrainerScale) -> list[Row]:
     """Return rows on a generation that other algorithms breed."""
     plain = config_of(scale)
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from bench.contenders import CYCLES, Contender, Scale, find, rows_of
+from bench.contenders import MAX_CYCLES, Contender, PeerScale, find, rows_of
 from bench.page import Row
 from bench.timing import side_by_side
-from bench.workload import Scale as OwnScale
+from bench.workload import TrainerScale as OwnScale
 from predprey_env import EnvConfig, parallel_env, team_view
 
 PREDATORS, PREY = EnvConfig().n_predators, EnvConfig().n_prey
@@ -30,13 +30,13 @@ def own_rows(scale: OwnScale) -> list[Row]:
     return [Row("`parallel_env()`, random actions", figure, "", f"≥ {target:,}", per_second >= target)]
 
 
-def rows(scale: Scale) -> list[Row]:
+def rows(scale: PeerScale) -> list[Row]:
     """Return rows with both teams played from outside, then with one of them."""
     ours, view = "`parallel_env()`, 3 v 2", "`team_view()` of 3 predators, 2 random prey inside"
     tag, pursuit = find("mpe2.simple_tag_v3"), find("pettingzoo.sisl.pursuit_v5")
-    tag = tag and tag.parallel_env(num_adversaries=PREDATORS, num_good=PREY, max_cycles=CYCLES)
-    pursuit = pursuit and pursuit.parallel_env(n_pursuers=PREDATORS, n_evaders=PREY, max_cycles=CYCLES)
-    n_steps = scale.n_episodes * CYCLES
+    tag = tag and tag.parallel_env(num_adversaries=PREDATORS, num_good=PREY, max_cycles=MAX_CYCLES)
+    pursuit = pursuit and pursuit.parallel_env(n_pursuers=PREDATORS, n_evaders=PREY, max_cycles=MAX_CYCLES)
+    n_steps = scale.n_episodes * MAX_CYCLES
     envs = {
         ours: (parallel_env(), ""),
         "MPE `simple_tag_v3`, 3 v 2": (tag, ours),
@@ -65,9 +65,9 @@ def stepping(env: Any, n_steps: int) -> Callable[[], None]:
             env.step(ready[number % len(ready)])
 
     env.reset(seed=0)
-    for actions in ready[:CYCLES]:
+    for actions in ready[:MAX_CYCLES]:
         if env.agents:
             env.step(actions)
     if env.agents:
-        raise RuntimeError(f"{env} must end an episode within {CYCLES} steps")
+        raise RuntimeError(f"{env} must end an episode within {MAX_CYCLES} steps")
     return play

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.page import Row, at_least
-from bench.workload import PRESET, Scale, config_of
+from bench.workload import PRESET, TrainerScale, config_of
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.presets import preset
 from esp_trainer.run.directory import RunDirectory
@@ -24,7 +24,7 @@ _PEAK = "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=Tr
 _PEAK += "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
 
 
-def phase_rows(scale: Scale) -> list[Row]:
+def phase_rows(scale: TrainerScale) -> list[Row]:
     """Return the wall seconds of a generation, by phase, with a thread for each core."""
     seconds = _mean_seconds(scale)
     whole = seconds.pop("whole")
@@ -41,7 +41,7 @@ def phase_rows(scale: Scale) -> list[Row]:
     ]
 
 
-def _mean_seconds(scale: Scale) -> dict[str, float]:
+def _mean_seconds(scale: TrainerScale) -> dict[str, float]:
     """Return the mean seconds of a generation and of its phases, the first generations left out."""
     warm = scale.warm_generations
     config = config_of(scale).replace(generations=warm + scale.generations)
@@ -55,7 +55,7 @@ def _mean_seconds(scale: Scale) -> dict[str, float]:
     return {"whole": (ends[-1] - ends[warm - 1]) / scale.generations, **means}
 
 
-def process_rows(scale: Scale) -> list[Row]:
+def process_rows(scale: TrainerScale) -> list[Row]:
     """Return what a user waits for, and the memory that a run takes."""
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as runs:
         surroundings = {**os.environ, "NUMBA_CACHE_DIR": cache}

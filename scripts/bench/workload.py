@@ -17,7 +17,7 @@ from esp_trainer.types import EvolvedTeams, Role, TrialBatch
 PRESET = "paper-3v2"
 
 
-class Scale(NamedTuple):
+class TrainerScale(NamedTuple):
     """Sizes of the measurements."""
 
     n_trials: int
@@ -31,12 +31,12 @@ class Scale(NamedTuple):
     memory_generations: int
 
 
-FULL = Scale(1000, 6, 9, 16, 20_000, 40, 5, 40)
-QUICK = Scale(32, 2, 1, 2, 300, 4, 1, 2)
+FULL = TrainerScale(1000, 6, 9, 16, 20_000, 40, 5, 40)
+QUICK = TrainerScale(32, 2, 1, 2, 300, 4, 1, 2)
 """Enough to see that everything runs; its figures mean nothing."""
 
 
-def config_of(scale: Scale, output: Literal["logistic", "linear"] = "logistic") -> RunConfig:
+def config_of(scale: TrainerScale, output: Literal["logistic", "linear"] = "logistic") -> RunConfig:
     """Return the preset at a scale; at full scale it is the preset itself, but for the activation of the outputs."""
     whole = preset(PRESET)
     return whole.replace(

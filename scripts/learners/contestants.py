@@ -10,11 +10,11 @@ TASK = "3v2"
 SEEDS = (700, 701, 702, 703, 704)
 PPO_STEPS = 15_000_000
 """Of agents, of one side; self-play has as many for each."""
-GENERATIONS = 450
+ESP_GENERATIONS = 450
 
 
 @dataclass(frozen=True)
-class Contestant:
+class TeamKind:
     """A kind of team."""
 
     name: str
@@ -35,7 +35,7 @@ class Contestant:
     """Of PPO, for each opponent."""
     preset: str = ""
     """Of evolved ones."""
-    generations: int = GENERATIONS
+    generations: int = ESP_GENERATIONS
 
     @property
     def run(self) -> str:
@@ -43,17 +43,17 @@ class Contestant:
         return f"{self.trained}-{self.reward}" if self.method == "ppo" else self.name
 
 
-def _read() -> list[Contestant]:
+def _read() -> list[TeamKind]:
     declared = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())["contestant"]
     lists = ("roles", "seeds")
-    return [Contestant(**{k: tuple(v) if k in lists else v for k, v in entry.items()}) for entry in declared]
+    return [TeamKind(**{k: tuple(v) if k in lists else v for k, v in entry.items()}) for entry in declared]
 
 
 CONTESTANTS = _read()
 """In the order of the tables."""
 
 
-def small(contestant: Contestant) -> Contestant:
+def small(contestant: TeamKind) -> TeamKind:
     """Return a contestant that is trained in seconds."""
     seeds = contestant.seeds[:2]
     return replace(

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis import plots
-from learners.contestants import Contestant
+from learners.contestants import TeamKind
 from learners.matrix import Kept
 from learners.train import curve_file
 
@@ -31,7 +31,7 @@ class Curves(Kept):
     """float64 ``(n, POINTS)``: share of prey, against the opponents of the training."""
 
 
-def gather(contestants: Iterable[Contestant], place: Path) -> Curves:
+def gather(contestants: Iterable[TeamKind], place: Path) -> Curves:
     """Return the curves of every run of PPO, once."""
     last = [each for each in contestants if each.method == "ppo" and each.part == 10]
     found = [

@@ -18,7 +18,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
-from learners.contestants import TASK, Contestant
+from learners.contestants import TASK, TeamKind
 from learners.train import spent_file, team_file
 
 
@@ -60,7 +60,7 @@ class Matrix(Kept):
     n_episodes: int
 
 
-def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Matrix:
+def play(contestants: Iterable[TeamKind], place: Path, n_episodes: int) -> Matrix:
     """Let all meet, each pair from the same starts; return who catches whom."""
     contestants, env = list(contestants), WORLDS[TASK]
     evaluator = FusedEvaluator(env)
@@ -98,13 +98,13 @@ def play(contestants: Iterable[Contestant], place: Path, n_episodes: int) -> Mat
     )
 
 
-def _teams(contestant: Contestant, place: Path, role: Role, seed: int) -> TeamBatch:
+def _teams(contestant: TeamKind, place: Path, role: Role, seed: int) -> TeamBatch:
     if contestant.method == "script":
         return ScriptedTeams(contestant.name)
     return Team.load(team_file(place, contestant, role, seed)).as_teams(1)
 
 
-def _spent(contestant: Contestant, place: Path, role: Role, seed: int) -> tuple[float, float]:
+def _spent(contestant: TeamKind, place: Path, role: Role, seed: int) -> tuple[float, float]:
     """Return the CPU seconds and the steps of agents; of teams that learn together, those of both."""
     if contestant.method == "script":
         return float("nan"), float("nan")

@@ -17,7 +17,7 @@ from esp_trainer import Team, preset
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import ROLES, Role
-from learners.contestants import TASK, Contestant
+from learners.contestants import TASK, TeamKind
 from predprey_env.agents import other_team
 
 Job = tuple[Any, ...]
@@ -25,7 +25,7 @@ Job = tuple[Any, ...]
 _PPO = Path(__file__).parents[1] / "train_ppo.py"
 
 
-def team_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
+def team_file(place: Path, contestant: TeamKind, role: Role, seed: int) -> Path:
     """Return where a team is kept."""
     run = place / contestant.run / f"seed-{seed}"
     if contestant.method != "ppo":
@@ -33,19 +33,19 @@ def team_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Pat
     return (run if contestant.trained == "together" else run / role) / f"{role}-{contestant.part:02d}.safetensors"
 
 
-def spent_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
+def spent_file(place: Path, contestant: TeamKind, role: Role, seed: int) -> Path:
     """Return where a team's CPU seconds and agents' steps are kept; PPO writes them for all its parts."""
     if contestant.method == "ppo":
         return curve_file(place, contestant, role, seed)
     return team_file(place, contestant, role, seed).with_suffix(".json")
 
 
-def curve_file(place: Path, contestant: Contestant, role: Role, seed: int) -> Path:
+def curve_file(place: Path, contestant: TeamKind, role: Role, seed: int) -> Path:
     """Return the file that PPO writes while it learns."""
     return team_file(place, contestant, role, seed).with_name("curve.csv")
 
 
-def train(contestants: Iterable[Contestant], place: Path, workers: int) -> None:
+def train(contestants: Iterable[TeamKind], place: Path, workers: int) -> None:
     """Make what is missing; answers to PPO last, as they need it."""
     made = list(contestants)
     for stage in (("ppo", "evolved"), ("answer",)):
@@ -59,7 +59,7 @@ def _do(work: Callable[..., None], *arguments: object) -> None:
     work(*arguments)
 
 
-def publish(contestants: Iterable[Contestant], place: Path, out: Path) -> None:
+def publish(contestants: Iterable[TeamKind], place: Path, out: Path) -> None:
     """Copy the teams of everybody's first seed to where others find them."""
     out.mkdir(parents=True, exist_ok=True)
     for each in contestants:
@@ -68,7 +68,7 @@ def publish(contestants: Iterable[Contestant], place: Path, out: Path) -> None:
             shutil.copy(team_file(place, each, role, each.seeds[0]), out / f"{name}-{role}.safetensors")
 
 
-def _jobs(contestant: Contestant, place: Path) -> dict[str, Job]:
+def _jobs(contestant: TeamKind, place: Path) -> dict[str, Job]:
     """Return what is still to run for a contestant, by name, as contestants may share runs."""
     jobs: dict[str, Job] = {}
     for seed in contestant.seeds:
@@ -86,7 +86,7 @@ def _jobs(contestant: Contestant, place: Path) -> dict[str, Job]:
     return jobs
 
 
-def ppo(contestant: Contestant, role: str, seed: int, out: Path) -> None:
+def ppo(contestant: TeamKind, role: str, seed: int, out: Path) -> None:
     """Train one side, or both, from nothing."""
     shutil.rmtree(out, ignore_errors=True)  # what is there was not finished
     options: dict[str, object] = {

@@ -21,7 +21,7 @@ import pytest
 from mutants.modules import MODULES, ROOT
 from mutants.session import KILLED, SURVIVED, Mutant, TestOutcome
 
-MEMORY = 8 * 2**30  # bytes that the tests of a mutant may take: some ask for arrays without end
+MEMORY_LIMIT = 8 * 2**30  # bytes that the tests of a mutant may take: some ask for arrays without end
 FORK = multiprocessing.get_context("fork")
 
 
@@ -134,7 +134,7 @@ def _test(suite: Suite, copy: Path, more: Sequence[str], answer: Any = None) -> 
     """Run the tests in a child, and exit as pytest does."""
     os.setpgrp()
     os.chdir(copy)
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
     with (copy / "log.txt").open("wb") as log:
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)

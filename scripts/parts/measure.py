@@ -20,7 +20,7 @@ from predprey_env.agents import other_team
 
 LAST = 3
 """Champions of each run that meet those of the other runs: the last of the generations that are measured."""
-EPISODES = 16
+PANEL_EPISODES = 16
 """Episodes of each of their meetings."""
 
 
@@ -58,7 +58,7 @@ def _met(place: Path, runs: Sequence[PlannedRun], workers: int) -> np.ndarray:
     evaluator = FusedEvaluator(histories[0].config.env, threads=workers)
 
     def caught(predators: TeamBatch, prey: TeamBatch) -> float:
-        return float(cross_play(predators, prey, evaluator, n_episodes=EPISODES).payoff.mean())
+        return float(cross_play(predators, prey, evaluator, n_episodes=PANEL_EPISODES).payoff.mean())
 
     rows = tqdm(last["predators"], desc="all against all", unit="run")
     return np.array([[caught(predators, prey) for prey in last["prey"]] for predators in rows], np.float32)

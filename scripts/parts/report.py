@@ -18,7 +18,7 @@ from esp_trainer.types import ROLES, Role
 ALL = "all others"
 _PANELS = {"held_out": "held out", "scripts": "scripts"}
 _TITLES = {"3v1": "one prey", "steppe": "two prey"}
-Values = dict[str, np.ndarray]
+RunValues = dict[str, np.ndarray]
 """A value of each run, by condition."""
 
 
@@ -63,12 +63,12 @@ def _best(task: str, arrays: Arrays) -> str:
     return f"Against all others with {task}, {' and '.join(sides)}."
 
 
-def _by_condition(arrays: Arrays, values: np.ndarray) -> Values:
+def _by_condition(arrays: Arrays, values: np.ndarray) -> RunValues:
     conditions = arrays["condition"]
     return {str(name): values[conditions == name] for name in dict.fromkeys(conditions)}
 
 
-def _levels(arrays: Arrays, role: Role) -> dict[str, Values]:
+def _levels(arrays: Arrays, role: Role) -> dict[str, RunValues]:
     """Return what each run's side reaches at its end, by opponents; higher is better."""
     found = {ALL: _by_condition(arrays, against_all(arrays, role))}
     for panel, words in _PANELS.items():
@@ -92,13 +92,13 @@ def _of_others(arrays: Arrays) -> np.ndarray:
     return np.where(np.eye(len(arrays["met"]), dtype=bool), np.nan, arrays["met"])
 
 
-def _means(columns: Mapping[str, Values]) -> str:
+def _means(columns: Mapping[str, RunValues]) -> str:
     names = next(iter(columns.values()))
     rows = [[f"`{name}`", *(summary(values[name]) for values in columns.values())] for name in names]
     return table(["", *columns], rows)
 
 
-def _differences(columns: Mapping[str, Values]) -> str:
+def _differences(columns: Mapping[str, RunValues]) -> str:
     """Return a table of what each condition has more than the first."""
     first, *others = next(iter(columns.values()))
     found = [[compare(values[name], values[first]) for values in columns.values()] for name in others]

@@ -9,8 +9,8 @@ import torch
 from torch import nn
 
 from esp_trainer import Team
-from ppo.networks import Critic, Policy
-from ppo.worlds import Settings, Worlds
+from ppo.networks import Actor, Critic
+from ppo.worlds import PPOSettings, TrainingWorlds
 
 
 class Batch(NamedTuple):
@@ -35,11 +35,11 @@ LOSSES = ("policy", "value", "entropy")
 class Learner:
     """One team's policy and critic, in its worlds."""
 
-    def __init__(self, settings: Settings, role: str, opponents: list[str | Team]) -> None:
+    def __init__(self, settings: PPOSettings, role: str, opponents: list[str | Team]) -> None:
         self.settings, self.role = settings, role
-        self.worlds = Worlds(settings, role, opponents)
+        self.worlds = TrainingWorlds(settings, role, opponents)
         shape = self.worlds.shape
-        self.policy = Policy(shape.n_seen, shape.n_agents, shape.n_actions, settings.n_hidden)
+        self.policy = Actor(shape.n_seen, shape.n_agents, shape.n_actions, settings.n_hidden)
         self.critic = Critic(shape.n_seen, shape.n_agents)
         self.parameters = [*self.policy.parameters(), *self.critic.parameters()]
         self.optimiser = torch.optim.Adam(self.parameters, settings.learning_rate, eps=1e-5)

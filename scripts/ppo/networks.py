@@ -19,7 +19,7 @@ ALWAYS_ON = 40.0
 """Bias gene of a hidden neuron that is 1 whatever it sees."""
 
 
-class Policy(nn.Module):
+class Actor(nn.Module):
     """Preferences for each action; agents differ by a bias of their own in every hidden neuron."""
 
     def __init__(self, n_seen: int, n_agents: int, n_actions: int, n_hidden: int) -> None:

@@ -14,7 +14,7 @@ from predprey_env import EnvConfig, vector_env
 
 
 @dataclass
-class Settings:
+class PPOSettings:
     """What is trained, and how."""
 
     role: str
@@ -45,10 +45,10 @@ class Settings:
         return WORLDS[self.task].replace(size=self.size, max_cycles=self.size * 3 // 2)
 
 
-class Worlds:
+class TrainingWorlds:
     """Vector environments with an opponent each, as one batch: everything is ``(n_worlds, n_agents, ...)``."""
 
-    def __init__(self, settings: Settings, role: str, opponents: list[str | Team]) -> None:
+    def __init__(self, settings: PPOSettings, role: str, opponents: list[str | Team]) -> None:
         self.settings, self.role = settings, role
         self.shape = settings.env.team(role)
         self._n_begun = 0

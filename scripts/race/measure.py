@@ -10,7 +10,7 @@ import numpy as np
 from study import in_processes
 
 from esp_trainer.analysis.best_response import evolve_response
-from esp_trainer.analysis.comparison import Opponents, caught_by_each, held_out_opponents, scripts
+from esp_trainer.analysis.comparison import Panel, caught_by_each, held_out_opponents, scripts
 from esp_trainer.analysis.cross_play import PANEL, own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch
@@ -91,9 +91,9 @@ def keep(file: Path, found: Arrays) -> None:
     beside.replace(file)
 
 
-def _members(panel: Sequence[Path]) -> Opponents:
+def _members(panel: Sequence[Path]) -> Panel:
     """Return the champions of the panel's runs, :data:`PER_RUN` of each."""
-    found: Opponents = {"predators": [], "prey": []}
+    found: Panel = {"predators": [], "prey": []}
     for path in panel:
         member = History.of_run(path)
         for role in member.champions:

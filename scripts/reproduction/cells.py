@@ -9,9 +9,9 @@ import numpy as np
 from esp_trainer.analysis.inference import Comparison, over_seeds
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.types import ROLES
-from reproduction.results import Results
+from reproduction.results import StudyResults
 
-All = Mapping[str, Results]
+All = Mapping[str, StudyResults]
 """The results of each setting, by name."""
 
 
@@ -26,7 +26,7 @@ def p_value(p: float) -> str:
     return f"{p:.2g}" if p >= 0.001 else "< 0.001"
 
 
-def rows_of(results: All, names: Iterable[str], row: Callable[[Results], list[str]]) -> list[list[str]]:
+def rows_of(results: All, names: Iterable[str], row: Callable[[StudyResults], list[str]]) -> list[list[str]]:
     """Return a row for each setting that was run: its name, and the cells that ``row`` returns."""
     return [[f"`{name}`", *row(results[name])] for name in names if name in results]
 

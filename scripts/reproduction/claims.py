@@ -17,9 +17,9 @@ import numpy as np
 from scipy.stats import binomtest
 
 from esp_trainer.analysis.inference import Comparison, against, compare, holm
-from reproduction.results import CHANCE, Results
+from reproduction.results import CHANCE, StudyResults
 
-NUMBERS: dict[str, Callable[[Results, str], np.ndarray]] = {
+MEASURED_NUMBERS: dict[str, Callable[[StudyResults, str], np.ndarray]] = {
     "late": lambda results, of: results.late(of),
     "progress": lambda results, _: results.two_sided(),
     "late progress": lambda results, _: results.two_sided(since=results.halfway),
@@ -38,7 +38,7 @@ class Claim:
     says: str
     settings: list[str]
     number: str
-    """Which of :data:`NUMBERS`, or ``cycles``."""
+    """Which of :data:`MEASURED_NUMBERS`, or ``cycles``."""
     measured: str
     """What the number is, in words."""
     expects: str
@@ -78,7 +78,7 @@ def read_claims() -> list[Claim]:
     return [Claim(**entry) for entry in declared["claim"]]
 
 
-def verdicts(claims: Iterable[Claim], results: Mapping[str, Results]) -> list[Verdict]:
+def verdicts(claims: Iterable[Claim], results: Mapping[str, StudyResults]) -> list[Verdict]:
     """Test the claims whose settings are there."""
     tested = [claim for claim in claims if all(name in results for name in claim.settings)]
     found = [test(claim, [results[name] for name in claim.settings]) for claim in tested]
@@ -86,15 +86,15 @@ def verdicts(claims: Iterable[Claim], results: Mapping[str, Results]) -> list[Ve
     return [Verdict(*row) for row in zip(tested, found, map(float, corrected), strict=True)]
 
 
-def test(claim: Claim, results: list[Results]) -> Comparison:
+def test(claim: Claim, results: list[StudyResults]) -> Comparison:
     """Test one setting against a number, or two settings against each other."""
     if claim.number == "cycles":
         return _cycles(results[0])
-    values = [NUMBERS[claim.number](each, claim.of) for each in results]
+    values = [MEASURED_NUMBERS[claim.number](each, claim.of) for each in results]
     return against(values[0], claim.beyond) if len(values) == 1 else compare(*values)
 
 
-def _cycles(results: Results) -> Comparison:
+def _cycles(results: StudyResults) -> Comparison:
     """Test in how many seeds success makes cycles, beyond the 1 in 20 in which chance does: exact and binomial."""
     often = results.cycling()
     test = binomtest(sum(often), len(often), CHANCE)

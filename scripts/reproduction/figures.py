@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +9,9 @@ from matplotlib.axes import Axes
 
 from esp_trainer.analysis import plots, progress
 from esp_trainer.analysis.inference import over_seeds
-from reproduction.results import Results
+from reproduction.cells import All
+from reproduction.results import StudyResults
 from reproduction.settings import PARITY
-
-All = Mapping[str, Results]
 
 WINDOW = 15
 """Generations of the running means in success curves."""
@@ -177,7 +175,7 @@ def forest(results: All, place: Path, name: str, parts: tuple[str, ...]) -> None
     plots.save(figure, place / f"{name}.png", dict(zip(("arm", "side", "mean", "low", "high"), columns, strict=True)))
 
 
-def _row(panel: Axes, y: int, found: Results) -> list[tuple[str, str, float, float, float]]:
+def _row(panel: Axes, y: int, found: StudyResults) -> list[tuple[str, str, float, float, float]]:
     both = found.global_progress()
     sides = {
         "predators": (plots.PREDATORS, "o", np.array([side.predators.strength for side in both])),

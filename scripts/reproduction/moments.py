@@ -14,12 +14,12 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.moments import best_moment
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.evaluation.fused import FusedEvaluator
-from reproduction.results import Results
+from reproduction.results import StudyResults
 
 _SHOWN = [name for name, detector in BEHAVIOURS.items() if detector.of_interaction]
 
 
-def find(runs: Path, results: Mapping[str, Results], kept: Path) -> None:
+def find(runs: Path, results: Mapping[str, StudyResults], kept: Path) -> None:
     """Keep a moment of each behaviour, in ``moments.npz``, from the run and generation in which it is seen most."""
     found: dict[str, np.ndarray] = {}
     for name in _SHOWN:
@@ -33,7 +33,7 @@ def find(runs: Path, results: Mapping[str, Results], kept: Path) -> None:
         np.savez_compressed(kept / "moments.npz", **found)
 
 
-def _best(runs: Path, results: Results, name: str) -> tuple[dict[str, object], np.ndarray] | None:
+def _best(runs: Path, results: StudyResults, name: str) -> tuple[dict[str, object], np.ndarray] | None:
     """Return the origin of the best moment and its cells, int ``(n_steps, n_agents, 2)``; None if it was never seen."""
     rates = np.nan_to_num(results[f"behaviour.{name}"][..., 0].astype(float))
     run, watched = np.unravel_index(rates.argmax(), rates.shape)
@@ -51,7 +51,7 @@ def _best(runs: Path, results: Results, name: str) -> tuple[dict[str, object], n
     return about, moment.cells[first : last + 1]
 
 
-def draw(results: Mapping[str, Results], kept: Path, place: Path) -> None:
+def draw(results: Mapping[str, StudyResults], kept: Path, place: Path) -> None:
     """Draw all moments in one figure; a behaviour that no detector ever saw has an empty panel that says so."""
     file = kept / "moments.npz"
     moments = dict(np.load(file)) if file.exists() else {}

@@ -9,7 +9,7 @@ from study import table
 from esp_trainer.analysis.inference import Comparison, compare, holm
 from esp_trainer.types import ROLES
 from reproduction.cells import All, interval, mean, p_value, rows_of, strengths
-from reproduction.results import Results
+from reproduction.results import StudyResults
 
 _DIFFERENCES = ["setting", "difference [95% interval]", "effect", "p (Holm)"]
 
@@ -17,7 +17,7 @@ _DIFFERENCES = ["setting", "difference [95% interval]", "effect", "p (Holm)"]
 def progress_and_level(results: All, parts: tuple[str, ...], until: int | None = None) -> str | None:
     """Return progress and level of some settings against held-out opponents."""
 
-    def row(found: Results) -> list[str]:
+    def row(found: StudyResults) -> list[str]:
         cells = [found.setting.meaning, str(found.n_seeds), mean(found.late("caught"))]
         if "panel.predators" not in found or "panel.prey" not in found:
             return [*cells, *"------"]
@@ -64,7 +64,7 @@ def _differences(names: Sequence[str], tests: Sequence[Comparison]) -> list[list
     ]
 
 
-def _base(found: Results, results: All) -> Results | None:
+def _base(found: StudyResults, results: All) -> StudyResults | None:
     """Return the paper's setting of the same world, if the two can be compared."""
     base = results.get(f"paper-3v{found.setting.config.env.n_prey}")
     return base if base is not None and found.setting.world == base.setting.world and "panel.prey" in found else None

@@ -15,7 +15,7 @@ from esp_trainer.types import ROLES
 from reproduction.cells import All, interval, mean, p_value, rows_of, strengths
 from reproduction.claims import Verdict
 from reproduction.rankings import levels, progress_and_level, ranked
-from reproduction.results import Results
+from reproduction.results import StudyResults
 from reproduction.settings import PARITY
 
 PLACE = Path(__file__).parent
@@ -67,13 +67,13 @@ def _abstract(results: All) -> dict[str, object]:
     """Return the answers to the two hypotheses of section IV."""
     found = {name: results[name] for name in TASKS if name in results}
 
-    def by_task(number: Callable[[Results], object], between: str = "; ") -> str:
+    def by_task(number: Callable[[StudyResults], object], between: str = "; ") -> str:
         return between.join(f"{number(each)} with {TASKS[name]}" for name, each in found.items())
 
-    def late(each: Results) -> str:
+    def late(each: StudyResults) -> str:
         return " and ".join(strengths(each.global_progress(since=each.halfway)))
 
-    def most_of_gain(each: Results) -> int:
+    def most_of_gain(each: StudyResults) -> int:
         """Return the generation by which the predators' mean curve has made nine tenths of its gain."""
         curve = np.mean([both.predators.curve for both in each.global_progress()], axis=0)
         return int(each.generations[np.argmax(curve >= curve[0] + 0.9 * (curve.max() - curve[0]))])
@@ -117,7 +117,7 @@ def _alternations(results: All) -> str:
 def _progress(results: All) -> str:
     """Return progress against own and against held-out opponents."""
 
-    def row(found: Results) -> list[str]:
+    def row(found: StudyResults) -> list[str]:
         second = found.global_progress(since=found.halfway)
         return [
             cell for both in (found.historical_progress(), found.global_progress(), second) for cell in strengths(both)
@@ -131,7 +131,7 @@ def _progress(results: All) -> str:
 def _parity(results: All) -> str:
     """Return captures by the parity of the start, and when predators overcome it."""
 
-    def row(found: Results) -> list[str]:
+    def row(found: StudyResults) -> list[str]:
         late = found["curve.caught_by_even"].astype(float)
         late = np.nan_to_num(late[:, -(late.shape[1] // 3) :].mean(axis=1))
         return [*(mean(late[:, even]) for even in range(late.shape[1])), _overcome(found)]
@@ -140,7 +140,7 @@ def _parity(results: All) -> str:
     return table(heads, rows_of(results, PARITY, row))
 
 
-def _overcome(found: Results) -> str:
+def _overcome(found: StudyResults) -> str:
     """Return when predators first catch at least half of the prey that none of them starts at an even distance from."""
     curves = np.nan_to_num(found["curve.caught_by_even"][:, :, 0].astype(float))
     window = min(10, curves.shape[1])
@@ -166,7 +166,7 @@ def _beneath(results: All) -> str:
 def _cycles(results: All) -> str:
     """Return how often success alternates, and how much of who beats whom no ladder explains."""
 
-    def row(found: Results) -> list[str]:
+    def row(found: StudyResults) -> list[str]:
         count = [each.count for each in found.alternations]
         return [mean(count, 1), f"{sum(found.cycling())} of {found.n_seeds}", mean(found.cyclic_share())]
 
@@ -179,7 +179,7 @@ def _cycles(results: All) -> str:
 def _games(results: All) -> str:
     """Return the empirical game of each run's generations."""
 
-    def row(found: Results) -> list[str]:
+    def row(found: StudyResults) -> list[str]:
         sixth, games = found.caught.shape[1] // 6, [solve_matrix(caught) for caught in found.caught]
         lost = [[side[-sixth:].mean() for side in exploitability_of_generations(caught)] for caught in found.caught]
         rated = [rate(caught, found.episodes, np.random.default_rng(0), n_resamples=2) for caught in found.caught]
@@ -203,7 +203,7 @@ def _exploitable(results: All) -> str | None:
     """Return what fresh evolution takes from the last generation."""
     names = [name for name, found in results.items() if "response.predators" in found]
 
-    def row(found: Results) -> list[str]:
+    def row(found: StudyResults) -> list[str]:
         hunts, flees = found["response.predators"], found["response.prey"]
         return [mean(hunts[:, 0]), mean(hunts[:, 1]), mean(flees[:, 1])]
 

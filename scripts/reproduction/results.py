@@ -21,7 +21,7 @@ CHANCE = 0.05
 """How often success may alternate as much by chance."""
 
 
-class Results:
+class StudyResults:
     """The measurements of one setting: arrays by name, each ``(n_seeds, ...)``."""
 
     def __init__(self, setting: Setting, arrays: Mapping[str, np.ndarray]) -> None:
@@ -119,7 +119,7 @@ class Results:
         return over_chance(rate, null, alone=is_alone(name))
 
 
-def load(kept: Path, setting: Setting) -> Results | None:
+def load(kept: Path, setting: Setting) -> StudyResults | None:
     """Return the results of a setting, or None if there are none of these very runs."""
     file = kept / f"{setting.name}.npz"
     if not file.exists():
@@ -130,7 +130,7 @@ def load(kept: Path, setting: Setting) -> Results | None:
     configs = [json.loads(config) for config in found.pop("config", np.empty(0, str)).tolist()]
     configs = configs or [{**told["config"], "seed": seed} for seed in told["seeds"]]
     same = [_named_alike(RunConfig.from_dict(config)) for config in configs]
-    return Results(setting, found) if same == [_named_alike(run.config) for run in setting.runs] else None
+    return StudyResults(setting, found) if same == [_named_alike(run.config) for run in setting.runs] else None
 
 
 def _named_alike(config: RunConfig) -> RunConfig:

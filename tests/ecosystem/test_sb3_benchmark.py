@@ -281,10 +281,10 @@ def test_ppo_plays_against_itself(tmp_path: Path) -> None:
 def test_a_policy_of_ppo_and_the_team_that_it_is_saved_as_draw_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     """The chances of the network in PyTorch, against how often the team takes each action."""
     monkeypatch.syspath_prepend(SCRIPTS)
-    from ppo.networks import Policy
+    from ppo.networks import Actor
 
     torch.manual_seed(0)
-    policy = Policy(4, 3, 5, 16)
+    policy = Actor(4, 3, 5, 16)
     with torch.no_grad():
         for parameter in policy.parameters():
             parameter.normal_(0, 0.7)

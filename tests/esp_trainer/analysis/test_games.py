@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from esp_trainer.analysis.games import (
     Decomposition,
-    Scale,
+    PayoffScale,
     as_shares,
     as_square,
     decompose,
@@ -125,7 +125,7 @@ def test_the_sides_decompose_alike(caught: np.ndarray):
 
 @pytest.mark.parametrize("decomposed", [decompose, decompose_generations])
 @pytest.mark.parametrize(("scale", "tolerance"), [("shares", 0.03), ("log-odds", 0.06)])
-def test_sampling_noise_is_taken_off(decomposed: Callable[..., Decomposition], scale: Scale, tolerance: float):
+def test_sampling_noise_is_taken_off(decomposed: Callable[..., Decomposition], scale: PayoffScale, tolerance: float):
     caught, generator = np.kron(np.ones((4, 4)), MIXTURE), np.random.default_rng(3)
     truth = decomposed(caught, scale=scale)
     samples = [decomposed(generator.binomial(20, caught) / 20, 20, scale) for _ in range(300)]

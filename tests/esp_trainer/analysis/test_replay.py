@@ -7,22 +7,22 @@ import pytest
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.moments import best_moment
-from esp_trainer.analysis.replay import Episode, as_pictures, as_text, captions, play, seen_in
+from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, captions, play, seen_in
 from predprey_env import EnvConfig, PredPreyEnv
 from predprey_env.policies import ScriptedTeam
 from predprey_env.rules.dynamics import World
 
 
-def scripted(env: EnvConfig, seed: int = 0, predators: str = "surround", prey: str = "flee_nearest") -> Episode:
+def scripted(env: EnvConfig, seed: int = 0, predators: str = "surround", prey: str = "flee_nearest") -> Trajectory:
     teams = ScriptedTeam.of(predators, "predators", env), ScriptedTeam.of(prey, "prey", env)
     return play(*teams, env, seed)
 
 
-def made(cells: np.ndarray, env: EnvConfig, caught: tuple[int, ...] = ()) -> Episode:
+def made(cells: np.ndarray, env: EnvConfig, caught: tuple[int, ...] = ()) -> Trajectory:
     """An episode of these cells ``(n_steps + 1, n_agents, 2)``, each prey caught at that step."""
     alive = [[int(t < at) for at in caught] or [1] * env.n_prey for t in range(len(cells))]
     worlds = tuple(World(step[:, 0], step[:, 1], np.array(free)) for step, free in zip(cells, alive, strict=True))
-    return Episode(env, worlds, tuple(float(t) for t in range(len(cells))))
+    return Trajectory(env, worlds, tuple(float(t) for t in range(len(cells))))
 
 
 @pytest.mark.parametrize("order", ["simultaneous", "prey_first"])

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from esp_trainer.benchmark.gauntlet import Row, Standing
+from esp_trainer.benchmark.gauntlet import OpponentResult, Standing
 from esp_trainer.benchmark.report import BenchmarkResult
 from esp_trainer.statistics import Rate, wilson_of
 
@@ -18,10 +18,10 @@ def result() -> Callable[..., BenchmarkResult]:
 
     def make(held_out: float = 0.4, **fields: Any) -> BenchmarkResult:
         rows = [
-            Row("held-out/x-3v2/prey/seed-1-late", "held out", wilson_of(held_out, 64), 12.5, 71.25),
-            Row("held-out/paper-3v2/prey/seed-1-late", "older held out", wilson_of(0.25, 64), 12.5, 80.0),
-            Row("x-3v2/prey/seed-2-late", "zoo", wilson_of(0.5, 64), 10.0, None),
-            Row("random", "scripts", wilson_of(1.0, 64), 25.0, 30.0),
+            OpponentResult("held-out/x-3v2/prey/seed-1-late", "held out", wilson_of(held_out, 64), 12.5, 71.25),
+            OpponentResult("held-out/paper-3v2/prey/seed-1-late", "older held out", wilson_of(0.25, 64), 12.5, 80.0),
+            OpponentResult("x-3v2/prey/seed-2-late", "zoo", wilson_of(0.5, 64), 10.0, None),
+            OpponentResult("random", "scripts", wilson_of(1.0, 64), 25.0, 30.0),
         ]
         standing = Standing(
             {

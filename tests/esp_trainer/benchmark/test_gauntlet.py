@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from esp_trainer.benchmark import gauntlet
-from esp_trainer.benchmark.gauntlet import Gauntlet, Row, part_of
+from esp_trainer.benchmark.gauntlet import Gauntlet, OpponentResult, part_of
 from esp_trainer.benchmark.match import Meeting
 from esp_trainer.statistics import wilson_of
 from esp_trainer.tasks import WORLDS
@@ -33,10 +33,12 @@ def zoo(captured: np.ndarray, n_episodes: int = 100) -> Zoo:
     return Zoo("3v1", (), names("predators"), names("prey"), captured, n_episodes, 1, "digest")
 
 
-def rows(role: Role, shares: list[float]) -> list[Row]:
+def rows(role: Role, shares: list[float]) -> list[OpponentResult]:
     """The candidate's, in the order of the zoo's matrix turned round."""
     other = "prey" if role == "predators" else "predators"
-    found = [Row(n, part_of(n), wilson_of(s, 100), 0.0, None) for n, s in zip(names(other), shares, strict=True)]
+    found = [
+        OpponentResult(n, part_of(n), wilson_of(s, 100), 0.0, None) for n, s in zip(names(other), shares, strict=True)
+    ]
     return found[::-1]
 
 
@@ -101,7 +103,7 @@ def test_the_worst_tenth_is_that_of_the_scores_it_does_worst_in():
         1,
         "digest",
     )
-    found = [Row(name, "zoo", wilson_of(i / 20, 100), 0.0, None) for i, name in enumerate(zoo_of_many.prey)]
+    found = [OpponentResult(name, "zoo", wilson_of(i / 20, 100), 0.0, None) for i, name in enumerate(zoo_of_many.prey)]
     told = Gauntlet(zoo_of_many, ENV, "predators", 100, 0).standing(found[::-1])
     assert told.generalist == {"zoo": pytest.approx((0.475, 0.025))}
 
@@ -131,7 +133,7 @@ def test_rows_come_from_meetings_with_everybody_held_out_first(monkeypatch: pyte
     assert [row.opponent for row in found] == [held, opened, script]
     opponents: list[Any] = [f"the team {held}", f"the team {opened}", ScriptedTeams(script)]
     assert played._arena.met == [("candidate", "predators", opponent) for opponent in opponents]  # type: ignore[attr-defined]
-    assert found[0] == Row(held, "held out", wilson_of(5 / 8, 4), 16.75, 50.0)
+    assert found[0] == OpponentResult(held, "held out", wilson_of(5 / 8, 4), 16.75, 50.0)
 
 
 def test_where_never_all_were_caught_there_is_no_time_to_it(monkeypatch: pytest.MonkeyPatch):

@@ -19,7 +19,7 @@ from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import historical_progress
 from esp_trainer.config import RunConfig
 from esp_trainer.report import moments
-from esp_trainer.report.measure import SHOWN, MeasuredRuns, Watched, never_seen
+from esp_trainer.report.measure import REPORTED_BEHAVIOURS, MeasuredRuns, Watched, never_seen
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import Line, story
 
@@ -58,7 +58,9 @@ def rate(excess: float) -> BehaviourRate:
 
 def watched(**excesses: list[float]) -> Watched:
     """Four generations in which behaviours are seen so much beyond chance; the others not at all."""
-    rates = {name: [rate(each) for each in excesses.get(name.replace(" ", "_"), [0.0] * 4)] for name in SHOWN}
+    rates = {
+        name: [rate(each) for each in excesses.get(name.replace(" ", "_"), [0.0] * 4)] for name in REPORTED_BEHAVIOURS
+    }
     seen = [
         {name: Moment(name, 5, 9, np.zeros((40, 5, 2), int)) for name, all_ in rates.items() if all_[i].excess > 0}
         for i in range(4)
@@ -217,7 +219,7 @@ def test_it_names_each_behaviour_once() -> None:
         "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but no more often than by "
         "chance: baiting. Never seen: blocker, "
     )
-    assert all(last.figures.count(name) == 1 for name in SHOWN)
+    assert all(last.figures.count(name) == 1 for name in REPORTED_BEHAVIOURS)
     many = watched(attacker=[0.4] * 4, blocker=[0.3] * 4, circling=[0.2] * 4, baiting=[0.1] * 4, herding=[0.1] * 4)
     assert words(run(watched=many))[-1] == (
         "Behaviours seen more often than by chance: attacker, blocker, circling, and 2 more."
