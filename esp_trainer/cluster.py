@@ -34,7 +34,7 @@ def connected(address: str) -> Iterator[None]:
         ConnectionError: No cluster answers at the address.
         DependencyNotInstalled: Ray is not installed.
     """
-    check_installed()
+    check_ray_installed()
     import ray
 
     _check_answers(address)
@@ -50,7 +50,7 @@ def connected(address: str) -> Iterator[None]:
         ray.shutdown()
 
 
-def check_installed() -> None:
+def check_ray_installed() -> None:
     """Raise :class:`gymnasium.error.DependencyNotInstalled`, with the remedy, if Ray is missing."""
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # users have not agreed to Ray's usage statistics
     with extra("ray", "a Ray cluster"):
@@ -70,14 +70,14 @@ def _check_answers(address: str) -> None:
         raise ConnectionError(f"no Ray cluster answers at {address}") from None
 
 
-def cores() -> int:
+def cluster_cores() -> int:
     """Return the number of CPU cores of the cluster's nodes that are alive, at least 1."""
     import ray
 
     return max(1, int(ray.cluster_resources().get("CPU", 1)))
 
 
-def share(value: Any) -> Any:
+def share_value(value: Any) -> Any:
     """Put a value where every node can read it.
 
     Return a reference. As an argument of :func:`submit` it becomes the value again.

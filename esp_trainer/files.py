@@ -132,7 +132,7 @@ def naming(path: Path) -> Iterator[None]:
         raise type(error)(error.errno, error.strerror, str(path)) from None
 
 
-def in_words(error: OSError) -> str:
+def error_in_words(error: OSError) -> str:
     """Return an error of the operating system as one line: the file, and what is wrong with it."""
     where = f"{error.filename}: " if error.filename else ""
     return f"{where}{error.strerror}" if error.strerror else str(error)

@@ -150,13 +150,13 @@ def _known(config: str) -> Game:
     env = make_environment(read)
     try:
         with in_one_line(read.environment, "when it was asked for its agents"):
-            return describe(read, env)
+            return describe_game(read, env)
     finally:
         if callable(getattr(env, "close", None)):
             env.close()
 
 
-def describe(config: GameConfig, env: Environment) -> Game:
+def describe_game(config: GameConfig, env: Environment) -> Game:
     """Return the teams that an environment declares. Raises :class:`GameError` if a team cannot be played."""
     name, everybody = config.environment, list(env.possible_agents)
     prefixes: dict[Role, str] = {"predators": config.predators, "prey": config.prey}

@@ -123,7 +123,7 @@ def summarise(result: TrialResult, even: np.ndarray) -> Captures | Payoffs:
     )
 
 
-def in_short(held_out: Mapping[str, Any]) -> str:
+def results_in_short(held_out: Mapping[str, Any]) -> str:
     """Return results, as JSON values, in a few words."""
     rates = {name: f"{value['rate']:z.2f}" for name, value in held_out.items() if isinstance(value, Mapping)}
     if "payoff" in rates:

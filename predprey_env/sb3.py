@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
 from predprey_env.envs.fixed import read_only
-from predprey_env.envs.options import Options, read_options
+from predprey_env.envs.options import Options, read_reset_options
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
 from predprey_env.policies.pool import Opponents
 from predprey_env.policies.protocol import Policy
@@ -70,7 +70,7 @@ class SB3VecEnv(VecEnv):
         rows = list(options) if isinstance(options, Sequence) else [options]
         if isinstance(options, Sequence) and len(rows) != self.num_envs:
             raise ValueError(f"options must be a dict or one for each of {self.num_envs} rows, got {len(rows)}")
-        first, *others = [read_options(row, only_ours=True) for row in rows]
+        first, *others = [read_reset_options(row, only_ours=True) for row in rows]
         if not all(_equal(first, other) for other in others):
             raise ValueError(f"options must be equal for all {self.num_envs} rows, which share one environment")
         self._worlds._read_options(first, self.num_envs)

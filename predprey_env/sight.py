@@ -129,10 +129,10 @@ def options_of(sight: Any) -> dict[str, Any]:
     """Return the fields of :class:`~predprey_env.EnvConfig` that say which sight a world has."""
     if isinstance(sight, Sight):
         return {f"see_{name}": value for name, value in sight._asdict().items()}
-    return {"observation": name_of(sight), **{f"see_{name}": False for name in Sight._fields}}
+    return {"observation": sight_name(sight), **{f"see_{name}": False for name in Sight._fields}}
 
 
-def name_of(sight: Any) -> str:
+def sight_name(sight: Any) -> str:
     """Return the name of a sight of one's own, ``module:Class``."""
     return f"{type(sight).__module__}:{type(sight).__qualname__}"
 

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from esp_trainer.benchmark.leaderboard import read, write
+from esp_trainer.benchmark.leaderboard import read_leaderboard, write_leaderboard
 from esp_trainer.cli import main as esp_trainer
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams
@@ -43,12 +43,16 @@ def main() -> None:
     parser.add_argument("--tasks", nargs="+", choices=WORLDS, default=list(WORLDS), help="only the rows of these tasks")
     options = parser.parse_args()
     if options.words:
-        write(options.out, read(options.out))
+        write_leaderboard(options.out, read_leaderboard(options.out))
         return
-    others = {title: rows for title, rows in read(options.out).items() if title.partition(",")[0] not in options.tasks}
+    others = {
+        title: rows
+        for title, rows in read_leaderboard(options.out).items()
+        if title.partition(",")[0] not in options.tasks
+    }
     options.out.unlink(missing_ok=True)
     if others:
-        write(options.out, others)
+        write_leaderboard(options.out, others)
     todo = [candidate for candidate in candidates() if candidate[3] in options.tasks]
     episodes = BENCHMARK_EPISODES
     if options.quick:

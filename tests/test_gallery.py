@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from esp_trainer import load_team
-from esp_trainer.analysis.replay import captions, play, seen_in
+from esp_trainer.analysis.replay import captions, play_episode, seen_in
 from predprey_env import EnvConfig
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +30,7 @@ def test_a_clip_shows_what_it_is_named_after(command: str) -> None:
     given = dict(zip(options[::2], options[1::2], strict=True))
     name = Path(given["--gif"]).stem.replace("-", " ")
     teams = load_team(predators), load_team(prey)
-    episode = play(*teams, EnvConfig.from_dict(teams[0].provenance["env"]), int(given["--seed"]))
+    episode = play_episode(*teams, EnvConfig.from_dict(teams[0].provenance["env"]), int(given["--seed"]))
     shown = slice(int(given["--from"]), int(given["--until"]) + 1)
     assert seen_in(episode)[name][shown].any()
     assert any(name in caption for caption in captions(episode)[shown])

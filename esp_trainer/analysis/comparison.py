@@ -39,7 +39,7 @@ KINDS = ("level", "progress", "late_progress")
 first sixth of the whole run (progress) and of its second half (late progress)."""
 
 
-def name_of(role: Role, panel: str, kind: str) -> str:
+def measure_name(role: Role, panel: str, kind: str) -> str:
     """Return the name of a measure against a panel, ``predators_scripts_level`` for example."""
     return f"{role}_{panel}_{kind}"
 
@@ -64,7 +64,7 @@ def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, o
     return found
 
 
-def scripts(*, another_game: bool = False) -> Panel:
+def script_panel(*, another_game: bool = False) -> Panel:
     """Return all scripts of both sides; in another game than the predator-prey world there is only the random one."""
     if another_game:
         return {role: [ScriptedTeams("random")] for role in ROLES}
@@ -138,11 +138,11 @@ def measures(*, captures: bool = True) -> list[str]:
     all are payoffs, and its name is ``payoff``.
     ``predators_signal`` and ``prey_signal`` are the mean signal of selection over the run.
     """
-    panels = [name_of(role, panel, kind) for panel in (HELD_OUT, SCRIPTED) for role in ROLES for kind in KINDS]
+    panels = [measure_name(role, panel, kind) for panel in (HELD_OUT, SCRIPTED) for role in ROLES for kind in KINDS]
     return [*panels, "caught" if captures else "payoff", *(f"{role}_signal" for role in ROLES)]
 
 
-def measure(
+def measure_history(
     history: History,
     panels: Mapping[str, Panel],
     evaluator: Evaluator,
@@ -181,7 +181,7 @@ def measure(
             whole, late = progress(results, total), progress(results[len(results) // 2 :], total)
             curves[f"{role}_{panel}"] = whole.curve
             for kind, value in zip(KINDS, (whole.level, whole.strength, late.strength), strict=True):
-                values[name_of(role, panel, kind)] = value
+                values[measure_name(role, panel, kind)] = value
     in_loop = history.payoff
     values["caught" if captures else "payoff"] = float(in_loop[-max(1, len(in_loop) // 3) :].mean())
     return MeasuredCondition(generations, curves, in_loop, values, captures)

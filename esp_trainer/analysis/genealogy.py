@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from esp_trainer.esp.operators import cross
+from esp_trainer.esp.operators import join_at_cuts
 from esp_trainer.run.directory import RunDirectory
-from esp_trainer.run.genealogy import Layout, evolving, read
+from esp_trainer.run.genealogy import Layout, evolving, read_genealogy
 from esp_trainer.types import Role
 
 NEVER = -1
@@ -119,7 +119,7 @@ def of_run(run: Path) -> dict[Role, Genealogy]:
         DamagedFileError: A file is damaged.
     """
     directory = RunDirectory(run)
-    return {role: trace(*read(directory.genealogy_file(role))) for role in evolving(directory.read_config())}
+    return {role: trace(*read_genealogy(directory.genealogy_file(role))) for role in evolving(directory.read_config())}
 
 
 def trace(layout: Layout, records: np.ndarray) -> Genealogy:
@@ -127,7 +127,7 @@ def trace(layout: Layout, records: np.ndarray) -> Genealogy:
     n, is_read = len(records), _read(layout)
     founders, from_past, skipped = np.zeros((3, n))
     champions = Origins(*np.zeros((3, n, *is_read.shape), np.int32))
-    for number, (genes, champion) in enumerate(replay(layout, records)):
+    for number, (genes, champion) in enumerate(replay_origins(layout, records)):
         genes = genes.each(lambda values: values.swapaxes(1, 2)[is_read])  # of each place that is read, (n_places, P)
         founders[number] = _effective(genes.founder)
         from_past[number], skipped[number] = (genes.past != NEVER).mean(), genes.skipped.mean()
@@ -136,7 +136,7 @@ def trace(layout: Layout, records: np.ndarray) -> Genealogy:
     return Genealogy(layout, founders, from_past, skipped, champions)
 
 
-def replay(layout: Layout, records: np.ndarray) -> Iterator[tuple[Origins, Origins]]:
+def replay_origins(layout: Layout, records: np.ndarray) -> Iterator[tuple[Origins, Origins]]:
     """Yield the origins of all genes ``(S, P, G)``, and of its champion's ``(S, G)``, for each generation.
 
     The arrays change with the next generation.
@@ -171,7 +171,7 @@ def _breed(genes: Origins, record: np.void, champions: Origins) -> None:
     for values, brought in zip(genes, from_past, strict=True):
         mates = values[each, record["mates"]]
         mates[pairs[0], last + pairs[1]] = brought
-        values[each, record["children"]] = cross(values[each, record["elite"]], mates, record["cuts"])
+        values[each, record["children"]] = join_at_cuts(values[each, record["elite"]], mates, record["cuts"])
 
 
 def _read(layout: Layout) -> np.ndarray:

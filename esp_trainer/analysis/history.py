@@ -20,7 +20,7 @@ from esp_trainer.esp.team import Team, as_candidates
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.run.checkpoint import load_champions
 from esp_trainer.run.directory import RunDirectory, whole_lines
-from esp_trainer.run.trainer import record
+from esp_trainer.run.trainer import metrics_record
 from esp_trainer.types import ROLES, Contestant, Evaluator, EvolvedTeams, Fixed, Role, ScriptedTeams, TeamBatch
 from predprey_env.settings import PartError
 
@@ -88,7 +88,7 @@ class History:
         records = []
         for number in range(config.generations):
             generation = run.step(number)
-            records.append(record(generation, generation.held_out.as_dict()))
+            records.append(metrics_record(generation, generation.held_out.as_dict()))
             watch()
         champions = {role: side.hall_of_fame.champions.copy() for role, side in run.evolving.items()}
         kept = kept_generations(config.generations, config.esp.hof_size)

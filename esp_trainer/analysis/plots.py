@@ -131,7 +131,7 @@ def curve(
     return {label: mean, f"{label}, low": low, f"{label}, high": high}
 
 
-def matrix(
+def payoff_matrix(
     figure: Figure,
     axes: Axes,
     predators: np.ndarray,

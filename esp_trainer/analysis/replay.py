@@ -52,7 +52,7 @@ class Trajectory:
         return np.where(caught.any(axis=0), steps[caught.argmax(axis=0)], 0)
 
 
-def play(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Trajectory:
+def play_episode(predators: Policy, prey: Policy, env: EnvConfig, seed: int = 0) -> Trajectory:
     """Return the episode of two policies from a seed."""
     game = PredPreyEnv(env)
     observations, infos = game.reset(seed=seed)

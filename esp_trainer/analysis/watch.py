@@ -39,7 +39,7 @@ def episodes(
     return cells, Paths.of_trace(cells, env.n_predators, env.size, trace.caught_at[:, 0])
 
 
-def watch(
+def watch_behaviours(
     history: History,
     evaluator: FusedEvaluator,
     generations: np.ndarray,

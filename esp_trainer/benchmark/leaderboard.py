@@ -42,14 +42,14 @@ def append(path: Path, result: BenchmarkResult) -> None:
     """
     if result.standing is None:
         raise ValueError("only a candidate that met the whole gauntlet can be on a leaderboard")
-    tables = read(path)
+    tables = read_leaderboard(path)
     row, title = _row(result), f"{result.task}, {result.role}"
     rows = [each for each in tables.get(title, []) if _identity(each) != _identity(row)]
     tables[title] = sorted([*rows, row], key=lambda each: (-float(_cells(each)[1]), each))
-    write(path, tables)
+    write_leaderboard(path, tables)
 
 
-def write(path: Path, tables: Mapping[str, Sequence[str]]) -> None:
+def write_leaderboard(path: Path, tables: Mapping[str, Sequence[str]]) -> None:
     """Write a leaderboard: its answer, its introduction, and the rows under each title, best first."""
     parts = [f"## {title}\n\n{_HEAD}\n" + "\n".join(tables[title]) + "\n" for title in sorted(tables)]
     write_text(path, "\n".join([f"{_TITLE}{_answer(tables)}\n\n{_INTRODUCTION}", *parts]))
@@ -76,7 +76,7 @@ def _clause(rows: Sequence[str], role: Role) -> str:
     return _BEST[role].format(best) + (f" ({'; '.join(beside)})" if beside else "")
 
 
-def read(path: Path) -> dict[str, list[str]]:
+def read_leaderboard(path: Path) -> dict[str, list[str]]:
     """Return the rows under each title of a leaderboard; none if the file does not exist yet.
 
     Raises :class:`ValueError` if the file holds anything else, which writing the leaderboard would lose.

@@ -54,7 +54,7 @@ class BenchmarkResult:
         )
 
 
-def table(result: BenchmarkResult) -> str:
+def benchmark_table(result: BenchmarkResult) -> str:
     """Return the table as text: the rows by part, and their summary."""
     width = max([len(row.opponent) for row in result.rows], default=10) + 2
     episodes = f"{counted(result.n_episodes, 'episode')} each from held-out starts (seed {result.seed})"
@@ -87,11 +87,11 @@ def _standing(result: BenchmarkResult) -> list[str]:
     ]
 
 
-def save(result: BenchmarkResult, place: Path) -> None:
+def save_benchmark(result: BenchmarkResult, place: Path) -> None:
     """Write ``results.json``, ``table.txt`` and, if anything was played, ``scores.png`` with its data."""
     place.mkdir(parents=True, exist_ok=True)
     write(place / "results.json", to_json(result.as_dict()))
-    write_text(place / "table.txt", f"{table(result)}\n\n{result.command}\n")
+    write_text(place / "table.txt", f"{benchmark_table(result)}\n\n{result.command}\n")
     if result.rows:
         _draw(result, place / "scores.png")
 

@@ -10,7 +10,7 @@ from esp_trainer.cli.commands import COMMANDS
 from esp_trainer.cli.overrides import read_options, split
 from esp_trainer.cli.parser import make_parser
 from esp_trainer.cli.streams import let_go, standard_streams
-from esp_trainer.files import in_words
+from esp_trainer.files import error_in_words
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -35,7 +35,7 @@ def _outcome(arguments: list[str]) -> int:
         return _fail(f"not enough memory: {error}" if str(error) else "not enough memory")
     except OSError as error:
         let_go(sys.stdout)
-        return _fail(in_words(error))
+        return _fail(error_in_words(error))
     # A Warning is raised only if PYTHONWARNINGS turns warnings into errors.
     except (ValueError, ArithmeticError, DependencyNotInstalled, Warning) as error:
         return _fail(str(error))

@@ -125,7 +125,7 @@ def _draw(place: Path, name: str, history: History, own: Played) -> None:
     name_of, what = ("caught", "share of prey caught") if captures else ("payoff", "payoff to the predators")
     figure, (axes,) = plots.panels(1, width=4.6, height=3.9)
     bottom, top = (0.0, max(0.5, float(payoff.max()))) if captures else (float(payoff.min()), float(payoff.max()))
-    data = plots.matrix(figure, axes, own.predators, own.prey, payoff, top, bottom, name_of, what)
+    data = plots.payoff_matrix(figure, axes, own.predators, own.prey, payoff, top, bottom, name_of, what)
     axes.set_title("who catches whom" if captures else "who beats whom")
     plots.save(figure, place / f"{name}-ciao.png", data)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
-from esp_trainer.analysis.watch import watch
+from esp_trainer.analysis.watch import watch_behaviours
 from esp_trainer.cli.runs import check_world, read_runs
 from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -29,7 +29,7 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
     found = []
     for run, history in zip(runs, histories, strict=True):
         say(f"watching {run} ...")
-        found.append(watch(history, evaluator, shown, n_episodes=episodes))
+        found.append(watch_behaviours(history, evaluator, shown, n_episodes=episodes))
     names = list(found[0])
     rates = np.array([[[(r.rate, r.null, r.excess) for r in rows[name]] for name in names] for rows in found])
     if table:

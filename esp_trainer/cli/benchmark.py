@@ -10,8 +10,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from esp_trainer.benchmark.gauntlet import Gauntlet, OpponentResult
-from esp_trainer.benchmark.leaderboard import append, read
-from esp_trainer.benchmark.report import BenchmarkResult, save, table
+from esp_trainer.benchmark.leaderboard import append, read_leaderboard
+from esp_trainer.benchmark.report import BenchmarkResult, benchmark_table, save_benchmark
 from esp_trainer.benchmark.specs import Candidate, load_candidate
 from esp_trainer.cli.candidate import tell_about
 from esp_trainer.cli.streams import say
@@ -40,7 +40,7 @@ def benchmark(
     """Play the gauntlet, then print and save the table. If a policy fails midway, the results so far are saved."""
     # Files are checked before the gauntlet, which takes long, rather than after it.
     if leaderboard:
-        read(leaderboard)
+        read_leaderboard(leaderboard)
         check_place(leaderboard)
     env = WORLDS[settings.task]
     candidate, name = load_candidate(spec, settings.role, env, drawn=settings.drawn), name or spec
@@ -57,12 +57,12 @@ def benchmark(
                 rows.append(row)  # noqa: PERF402 - rows before an error are kept
     except (PolicyError, KeyboardInterrupt):
         if rows:
-            save(_result(candidate, name, settings, gauntlet, rows), place)
+            save_benchmark(_result(candidate, name, settings, gauntlet, rows), place)
             say(f"{len(rows)} of {counted(total, 'opponent')} met; the table so far is in {place}")
         raise
     result = _result(candidate, name, settings, gauntlet, rows)
-    save(result, place)
-    print(table(result))
+    save_benchmark(result, place)
+    print(benchmark_table(result))
     print(f"\nthe table, its numbers and a figure are in {place}")
     if leaderboard:
         append(leaderboard, result)

@@ -17,9 +17,9 @@ from esp_trainer.analysis.comparison import (
     MeasuredCondition,
     Panel,
     held_out_opponents,
-    measure,
+    measure_history,
     measures,
-    scripts,
+    script_panel,
 )
 from esp_trainer.analysis.conditions import check_same_world, conditions
 from esp_trainer.analysis.history import History
@@ -28,7 +28,7 @@ from esp_trainer.cli.report import place_of_page, read_all
 from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.files import check_place, write_table, write_text
-from esp_trainer.report.comparison import page
+from esp_trainer.report.comparison import comparison_page
 from esp_trainer.report.comparison_tables import notes_on, on_terminal, tables
 from esp_trainer.report.source import SPREADS, RunSource, cut
 from esp_trainer.run.directory import RunDirectory
@@ -61,13 +61,13 @@ def compare(
     _check_places(place, csv)
     config = sources[0].config
     env = None if config.game.environment else config.env
-    panels = {HELD_OUT: held_out_opponents(env, others), SCRIPTED: scripts(another_game=env is None)}
+    panels = {HELD_OUT: held_out_opponents(env, others), SCRIPTED: script_panel(another_game=env is None)}
     measured = _measure(by_condition, panels, make_evaluator(config), settings)
     against = next(each for each in measured if each.name == baseline)
     found = tables(measured, against)
     notes += [*more, *notes_on(measured, against)]
     title = "Comparison of " + (runs[0].resolve().name if len(runs) == 1 else f"{len(sources)} runs")
-    html = page(title, measured, found, notes)
+    html = comparison_page(title, measured, found, notes)
     if csv:
         _write(csv, by_condition, measured)
     write_text(place, html)
@@ -194,7 +194,7 @@ def _measure(
     def measured(source: RunSource) -> MeasuredCondition:
         say(f"playing {source.path} ...")
         n_generations, n_episodes = settings.generations, settings.episodes
-        found = measure(_history(source), panels, evaluator, n_generations=n_generations, n_episodes=n_episodes)
+        found = measure_history(_history(source), panels, evaluator, n_generations=n_generations, n_episodes=n_episodes)
         return replace(found, values=found.values | _signals(source))
 
     return [Condition(name, [measured(source) for source in sources]) for name, sources in by_condition.items()]

@@ -13,7 +13,7 @@ from esp_trainer.cli.candidate import tell_about
 from esp_trainer.cli.streams import say
 from esp_trainer.exact.chances import chances, survivors
 from esp_trainer.exact.duration import sample_of, seconds_to_answer, seconds_to_solve
-from esp_trainer.exact.response import best_responses, measured, memory_for_response
+from esp_trainer.exact.response import best_responses, exploitability_from, memory_for_response
 from esp_trainer.exact.solution import Solution, by_parity, check_memory, memory_needed
 from esp_trainer.exact.solution import solve as solve_game
 from esp_trainer.files import check_place
@@ -62,7 +62,7 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
         values = np.empty(0)
         for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - only the last values are used
             bar.update()
-    found = measured(values, role, solution, horizon)
+    found = exploitability_from(values, role, solution, horizon)
     print(f"{spec}, {role} on {_words(config)}: the share of prey caught")
     _tell_heads(found.optimal_by_even)
     _tell("when both sides play optimally", found.optimal, found.optimal_by_even)

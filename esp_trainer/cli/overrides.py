@@ -72,7 +72,7 @@ def _value(text: str) -> Any:
     return {"true": True, "false": False}.get(text.lower(), text)
 
 
-def describe(config: RunConfig) -> str:
+def describe_fields(config: RunConfig) -> str:
     """Return the description of all fields: each option with its value, as typed, and its meaning."""
     return "\n".join(_describe(config, ""))
 

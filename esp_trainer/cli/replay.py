@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, play, seen_in
+from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, play_episode, seen_in
 from esp_trainer.cli.streams import is_screen
 from esp_trainer.cli.teams import pair
 from esp_trainer.files import check_place
@@ -37,7 +37,7 @@ def replay(
     policies = {role: player.policy(role, env) for role, player in players.items()}
     if steps.stop <= steps.start:
         raise ValueError(f"--until must be at least --from, got {steps.stop - 1} and {steps.start}")
-    episode = play(policies["predators"], policies["prey"], env, seed)
+    episode = play_episode(policies["predators"], policies["prey"], env, seed)
     shown = [steps.start <= time < steps.stop for time in episode.times]
     if not any(shown):
         raise ValueError(f"the episode ends at step {episode.times[-1]:.0f}, before --from {steps.start}")

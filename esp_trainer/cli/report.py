@@ -12,7 +12,7 @@ from esp_trainer.cli.streams import say
 from esp_trainer.files import check_place
 from esp_trainer.report.measure import ReportOptions
 from esp_trainer.report.page import write_page
-from esp_trainer.report.source import RunSource, cut, read
+from esp_trainer.report.source import RunSource, cut, read_source
 
 
 def report(runs: Sequence[Path], out: Path | None, settings: ReportOptions) -> int:
@@ -51,7 +51,7 @@ def read_all(runs: Sequence[Path]) -> tuple[list[RunSource], list[str]]:
     errors: list[OSError | ValueError] = []
     for run in runs:
         try:
-            sources.append(read(run))
+            sources.append(read_source(run))
         except (FileNotFoundError, ValueError) as error:
             errors.append(error)
     if not sources:

@@ -35,7 +35,7 @@ def handled_by(handler: Handler) -> Iterator[None]:
             signal.signal(number, signal.SIG_DFL if earlier is None else earlier)
 
 
-def tell(line: str) -> None:
+def write_from_handler(line: str) -> None:
     """Write a line to standard error from a signal handler.
 
     This bypasses Python's stream, which cannot be used in a handler that interrupts a write to the same stream.

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from esp_trainer.cli.signals import handled_by
 from esp_trainer.cli.streams import is_screen, let_go, say
 from esp_trainer.cli.training import quoted
-from esp_trainer.cluster import check_installed, connected
+from esp_trainer.cluster import check_ray_installed, connected
 from esp_trainer.cores import cores
 from esp_trainer.files import write
 from esp_trainer.run.directory import RunDirectory, Tail
@@ -25,7 +25,7 @@ from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.plan import PlannedRun, plan_of
 from esp_trainer.sweep.pool import Pool, Work
-from esp_trainer.sweep.results import RunResult, is_whole, result_of, table, write_csv
+from esp_trainer.sweep.results import RunResult, is_whole, result_of, sweep_table, write_csv
 from predprey_env.settings import counted
 
 _LOOK = 0.25  # seconds between checks of the runs
@@ -34,7 +34,7 @@ _LOOK = 0.25  # seconds between checks of the runs
 def sweep(file: Path, out: Path | None, workers: int | None, address: str | None, *, quiet: bool) -> int:
     """Run all runs of a sweep that are not complete, and print the results."""
     if address:
-        check_installed()
+        check_ray_installed()
     declared = file.read_bytes()  # only once, because it may be a pipe
     plan = plan_of(declared, file)
     out = out or _place(file)
@@ -218,7 +218,7 @@ def _line(result: RunResult) -> str:
 
 
 def _tell(results: Sequence[RunResult], out: Path) -> None:
-    print("\n".join(table(results)))
+    print("\n".join(sweep_table(results)))
     failed = [result for result in results if result.reason]
     for result in failed:
         print(f"failed: {result.run.name}: {result.reason}")

@@ -17,7 +17,7 @@ from types import FrameType
 from tqdm import tqdm
 
 from esp_trainer.analysis.league import league_of_runs
-from esp_trainer.cli.signals import handled_by, tell
+from esp_trainer.cli.signals import handled_by, write_from_handler
 from esp_trainer.cli.streams import say
 from esp_trainer.cluster import connected
 from esp_trainer.coevolution.coevolution import Generation
@@ -26,9 +26,9 @@ from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
 from esp_trainer.run.directory import RunDirectory, versions
-from esp_trainer.run.tensorboard import TensorBoardLog, check_installed
-from esp_trainer.run.trainer import Trainer, record
-from esp_trainer.statistics import Captures, Payoffs, in_short
+from esp_trainer.run.tensorboard import TensorBoardLog, check_tensorboard_installed
+from esp_trainer.run.trainer import Trainer, metrics_record
+from esp_trainer.statistics import Captures, Payoffs, results_in_short
 from esp_trainer.types import ROLES, Evaluator, Role
 from predprey_env.settings import counted
 
@@ -66,7 +66,7 @@ class Players:
 
         def leave(number: int, _frame: FrameType | None) -> None:
             undo()
-            tell("esp-trainer: interrupted")
+            write_from_handler("esp-trainer: interrupted")
             os._exit(128 + number)  # an exception would be lost where LLVM calls back to Python
 
         evolving = [role for role in ROLES if side_config(config, role).policy == "esp"]
@@ -91,7 +91,7 @@ def train(
 ) -> int:
     """Begin a run. Champions of ``league_runs``, if any, are added to its opponent pools."""
     if following.tensorboard:
-        check_installed()
+        check_tensorboard_installed()
     league = league_of_runs(league_runs, config)
     directory = RunDirectory(out or Path("runs") / f"{config.preset}-seed{config.seed}")
     with players.connected():
@@ -102,7 +102,7 @@ def train(
 def resume(directory: Path, generations: int | None, players: Players, following: Following) -> int:
     """Continue a run from its last checkpoint."""
     if following.tensorboard:
-        check_installed()
+        check_tensorboard_installed()
     with players.connected():
         return _go_on(Trainer.resume(RunDirectory(directory), players.evaluator, generations), following)
 
@@ -162,7 +162,7 @@ class _Stopping:
         if not self.by:
             self.by = number
             line = "stopping after the generation in hand; Ctrl-C now stops at once"
-            tell(line if self._plain else f"\n{line}")
+            write_from_handler(line if self._plain else f"\n{line}")
             self._trainer.stop()
         elif number == signal.SIGINT and not self.at_once:
             self.at_once = True
@@ -181,11 +181,11 @@ def _follow(trainer: Trainer, recent: deque[Generation], log: TensorBoardLog | N
                     warned.add(role)
                     bar.write(f"warning: {_lost_gradient(role, alike)}", file=sys.stderr)
             if log:
-                log.add(record(generation, generation.held_out.as_dict()), generation.seconds)
+                log.add(metrics_record(generation, generation.held_out.as_dict()), generation.seconds)
             bar.set_description_str(_at_a_glance(generation.held_out), refresh=False)
             bar.update()
             if plain and trainer.done % trainer.config.checkpoint_every == 0:
-                say(f"generation {trainer.done}/{total}: {in_short(generation.held_out.as_dict())}")
+                say(f"generation {trainer.done}/{total}: {results_in_short(generation.held_out.as_dict())}")
 
 
 def _disengaged(recent: Sequence[Generation]) -> Iterator[tuple[Role, float]]:

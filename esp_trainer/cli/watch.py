@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from esp_trainer.analysis.history import curves_of
-from esp_trainer.analysis.replay import Trajectory, as_text, play
+from esp_trainer.analysis.replay import Trajectory, as_text, play_episode
 from esp_trainer.cli.keyboard import Keyboard
 from esp_trainer.cli.signals import handled_by
 from esp_trainer.cli.streams import is_screen
@@ -28,7 +28,7 @@ from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError
 from esp_trainer.run.directory import RunDirectory, Tail
 from esp_trainer.run.lock import Lock
-from esp_trainer.statistics import in_short
+from esp_trainer.statistics import results_in_short
 from esp_trainer.types import ROLES, Role
 from predprey_env.policies import Policy, ScriptedTeam
 from predprey_env.settings import counted
@@ -105,7 +105,7 @@ def _plain(directory: RunDirectory, config: RunConfig, keyboard: Keyboard) -> No
         known = log.look()
         for record in log.lines[told:]:
             print(
-                f"generation {record['generation'] + 1}/{config.generations}: {in_short(record['held_out'])}",
+                f"generation {record['generation'] + 1}/{config.generations}: {results_in_short(record['held_out'])}",
                 flush=True,
             )
         told = max(told, known)
@@ -158,7 +158,7 @@ def _chase(directory: RunDirectory, config: RunConfig, generation: int) -> Traje
             )
         except FileNotFoundError:  # a run that is resumed first removes the champions after its checkpoint
             return None
-    return play(policies["predators"], policies["prey"], config.env, seed=generation)
+    return play_episode(policies["predators"], policies["prey"], config.env, seed=generation)
 
 
 def _state(directory: RunDirectory, config: RunConfig, log: _Log, hints: list[str], width: int) -> Group:

@@ -12,9 +12,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from esp_trainer.coevolution.episodes import play
+from esp_trainer.coevolution.episodes import play_batch
 from esp_trainer.config import ChampionConfig
-from esp_trainer.esp.team import as_candidates, in_every_trial, pick
+from esp_trainer.esp.team import as_candidates, gather_genomes, in_every_trial
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fitness, Fixed, Role, TeamBatch, TrialBatch
 from predprey_env.agents import other_team
@@ -59,7 +59,7 @@ def best_teams(teams: EvolvedTeams, fitness: Fitness, n_teams: int) -> Contender
     """Return the teams with the highest ``fitness``, ``(n_trials, n_agents)``, averaged over agents."""
     scores = fitness.mean(axis=1)
     best = np.argsort(-scores, kind="stable")[:n_teams]
-    return Contenders(teams.controller, pick(teams, best), scores[best], best)
+    return Contenders(teams.controller, gather_genomes(teams, best), scores[best], best)
 
 
 def choose_champions(
@@ -84,7 +84,7 @@ def choose_champions(
     # A fixed side is one opponent: play as many episodes against it as against n_candidates contenders.
     n_episodes = config.n_episodes * (config.n_candidates if fixed else 1)
     starts = evaluator.starts.draw(generator, len(which["prey"]), n_episodes)
-    result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
+    result = play_batch(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
 
     champions: dict[Role, Champion] = {}
     for role, side in contenders.items():
@@ -117,5 +117,5 @@ def _meet_past(
 
     # All contenders start alike against a champion, so that their scores can be compared.
     starts = evaluator.starts.draw(generator, len(past.indices), n_episodes)[met]
-    result = play(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
+    result = play_batch(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
     return result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1)

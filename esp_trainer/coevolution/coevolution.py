@@ -13,11 +13,11 @@ import numpy as np
 from esp_trainer.algorithm import Algorithm, Spread
 from esp_trainer.algorithms.registry import algorithm_name, failures_told
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
-from esp_trainer.coevolution.episodes import play
+from esp_trainer.coevolution.episodes import play_batch
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.opponents import CHOICES, past_teams
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
-from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, ranked, summarise
+from esp_trainer.coevolution.trials import Part, Trials, by_block, centred, ranked, summarise_trials
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.signal import Signal, ties
 from esp_trainer.esp.subpopulations import Parents, Subpopulations
@@ -120,7 +120,7 @@ class Coevolution:
         asked = {role: self._asked(role, each, number) for role, each in populations.items()}
         asked_at = perf_counter()
         parts = self._play_trials(asked, number)
-        trials = {role: summarise(own, self.config.esp) for role, own in parts.items()}
+        trials = {role: summarise_trials(own, self.config.esp) for role, own in parts.items()}
         fames = {role: _remember(side.hall_of_fame, role, parts) for role, side in self.evolving.items()}
         del parts  # frees most of the memory of a generation with many trials
         played = perf_counter()
@@ -205,7 +205,7 @@ class Coevolution:
         parts: dict[Role, list[Part]] = {role: [] for role in asked}
         if n_present:
             both = self._with_fixed(asked, esp.n_trials)
-            result = play(self.evaluator, self._batch(both, starts[:, :n_present]))
+            result = play_batch(self.evaluator, self._batch(both, starts[:, :n_present]))
             for role, own in parts.items():
                 own.append(Part.of(result, role, both[other_team(role)]))
         if n_past:
@@ -224,7 +224,9 @@ class Coevolution:
         opponents = past_teams(other.algorithm.controller, other.hall_of_fame, chosen.ravel())
         # With a champion for each episode, each episode is a trial of its own for the evaluator.
         apart = starts.reshape(n_trials * n_each, -1, *starts.shape[2:])
-        result = play(self.evaluator, self._batch({role: teams.repeated(n_each), other_team(role): opponents}, apart))
+        result = play_batch(
+            self.evaluator, self._batch({role: teams.repeated(n_each), other_team(role): opponents}, apart)
+        )
         return Part.of(result, role, opponents, np.broadcast_to(chosen, (n_trials, n_episodes)))
 
     def _with_fixed(self, evolved: Mapping[Role, TeamBatch], n_trials: int) -> dict[Role, TeamBatch]:
@@ -280,7 +282,7 @@ class Coevolution:
     def _measure(self, champions: dict[Role, Champion]) -> Captures | Payoffs:
         n = len(self._held_out)
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
-        result = play(self.evaluator, self._batch(teams, self._held_out))
+        result = play_batch(self.evaluator, self._batch(teams, self._held_out))
         return summarise_results(result, self._even)
 
 

@@ -11,7 +11,7 @@ from esp_trainer.types import ROLES, Evaluator, TrialBatch, TrialResult
 _MOST = 1e100  # largest fitness, so that sums stay finite
 
 
-def play(evaluator: Evaluator, batch: TrialBatch) -> TrialResult:
+def play_batch(evaluator: Evaluator, batch: TrialBatch) -> TrialResult:
     """Play a batch.
 
     Raises :class:`ValueError` if the evaluator returns arrays of another shape or type than

@@ -7,7 +7,7 @@ import numpy as np
 from esp_trainer.types import Fitness, TeamBatch
 
 
-def share(fitness: Fitness, opponents: TeamBatch) -> Fitness:
+def share_fitness(fitness: Fitness, opponents: TeamBatch) -> Fitness:
     """Return the fitness of each team as its share of all fitness that was earned against the same opponents.
 
     Rosin & Belew divide a win among all teams that beat the opponent. A team of ESP is an opponent in one trial only,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from esp_trainer.coevolution.sharing import share
+from esp_trainer.coevolution.sharing import share_fitness
 from esp_trainer.config import EspConfig
 from esp_trainer.types import Fitness, Role, TeamBatch, TrialResult
 
@@ -47,10 +47,10 @@ class Part:
         return int(self.fitness.shape[1])
 
     def shared(self) -> Fitness:
-        """Return the shared fitness (:func:`~.sharing.share`), ``(n_trials, n_agents)``, mean over episodes."""
+        """Return the shared fitness (:func:`~.sharing.share_fitness`), ``(n_trials, n_agents)``, mean over episodes."""
         n_trials, _, n_agents = self.fitness.shape
         met = n_trials if self.opponents.indices is None else len(self.opponents.indices)
-        each = share(self.fitness.reshape(met, -1, n_agents).mean(axis=1), self.opponents)
+        each = share_fitness(self.fitness.reshape(met, -1, n_agents).mean(axis=1), self.opponents)
         return each.reshape(n_trials, -1, n_agents).mean(axis=1)
 
 
@@ -66,7 +66,7 @@ class Trials:
     """Mean payoff to the predators: in the predator-prey world the fraction of prey caught."""
 
 
-def summarise(parts: Sequence[Part], esp: EspConfig) -> Trials:
+def summarise_trials(parts: Sequence[Part], esp: EspConfig) -> Trials:
     """Return the results of trials from their episodes against opponents of each kind."""
     n_episodes = sum(part.n_episodes for part in parts)
     fitness = sum(part.fitness.sum(axis=1) for part in parts) / n_episodes

@@ -116,7 +116,7 @@ def accumulate(controller: Controller, votes: FloatRows) -> Value:
 
 
 @rule
-def draw(controller: Controller, votes: FloatRows, memory: IntegerRows, at: int) -> Value:
+def sample_action(controller: Controller, votes: FloatRows, memory: IntegerRows, at: int) -> Value:
     """Sample an action with probabilities in proportion to ``exp(votes)``.
 
     Row ``at`` of ``memory`` holds the random state. The votes are overwritten. Once in 33 million samples the random
@@ -161,7 +161,7 @@ def play(networks: Networks, agent: int, seen: FloatRows, memory: IntegerRows, a
     """Return the action of one agent of an evolved team; see :func:`predprey_env.policies.protocol.choose`."""
     agent_votes(networks, agent, seen, memory, at)
     if networks.controller.draws:
-        return draw(networks.controller, networks.votes, memory, at)
+        return sample_action(networks.controller, networks.votes, memory, at)
     return most_votes(networks.controller, networks.votes)
 
 

@@ -50,7 +50,7 @@ def one_point_crossover(
     The parents are two arrays ``(S, n_pairs, G)``. The result is ``(S, 2 * n_pairs, G)``, the children of a pair side
     by side. Only the first ``used`` genes of a subpopulation count, int ``(S,)``.
     """
-    return cross(first, second, draw_cuts(generator, first.shape[1], used))
+    return join_at_cuts(first, second, draw_cuts(generator, first.shape[1], used))
 
 
 def draw_cuts(generator: np.random.Generator, n_pairs: int, used: np.ndarray) -> np.ndarray:
@@ -58,7 +58,7 @@ def draw_cuts(generator: np.random.Generator, n_pairs: int, used: np.ndarray) ->
     return generator.integers(1, used[:, None], (len(used), n_pairs))
 
 
-def cross(first: np.ndarray, second: np.ndarray, cuts: np.ndarray) -> np.ndarray:
+def join_at_cuts(first: np.ndarray, second: np.ndarray, cuts: np.ndarray) -> np.ndarray:
     """Return both children of each pair of gene strings, as :func:`one_point_crossover` does, from their cuts."""
     n_subpopulations, n_pairs, n_genes = first.shape
     head = np.arange(n_genes) < cuts[:, :, None]

@@ -151,7 +151,7 @@ class Subpopulations:
             drawn = generator.integers(0, len(champions), (len(ranks), config.hof_mates))
             mates[:, -config.hof_mates :] = champions.reshape(len(champions), len(ranks), -1)[drawn, each]
         cuts = operators.draw_cuts(generator, config.n_elite, self._used)
-        children = operators.cross(elite, mates, cuts)
+        children = operators.join_at_cuts(elite, mates, cuts)
         mutation = config.mutation_rate, config.mutation_scale, config.mutation_limit
         operators.mutate(generator, children, self._used, *mutation)
         places = ranks[:, : -2 * config.n_elite - 1 : -1]  # the worst neurons, from the bottom up

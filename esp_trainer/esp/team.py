@@ -21,7 +21,7 @@ from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies.protocol import Memories, choose, memory_rows
 from predprey_env.settings import counted, plain
-from predprey_env.sight import AnySight, Sight, name_of, sight_class
+from predprey_env.sight import AnySight, Sight, sight_class, sight_name
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
 """Provenance of a team that names its world, as errors and notes advise it."""
@@ -219,7 +219,7 @@ class Team:
 
 def _sight_header(sight: AnySight) -> dict[str, Any]:
     """Return what a team's file says about its sight: the options of the paper's, or the name of one's own."""
-    return {"sight": sight._asdict()} if isinstance(sight, Sight) else {"observation": name_of(sight)}
+    return {"sight": sight._asdict()} if isinstance(sight, Sight) else {"observation": sight_name(sight)}
 
 
 def _read_sight(header: dict[str, Any]) -> AnySight:
@@ -241,7 +241,7 @@ def _as_json(value: Any) -> Any:
     return number
 
 
-def pick(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
+def gather_genomes(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
     """Return a copy of the genomes of the teams of some trials.
 
     The result is float32 ``(len(trials), n_agents, n_networks, n_hidden, n_genes)``.

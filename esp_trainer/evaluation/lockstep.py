@@ -43,7 +43,7 @@ class JobResult(NamedTuple):
     """Calls of ``step`` in each episode, int64 ``(n_trials, n_episodes)``."""
 
 
-def play(game: Game, job: Job, environment: Callable[[int], Environment], copies: int = COPIES) -> JobResult:
+def play_job(game: Game, job: Job, environment: Callable[[int], Environment], copies: int = COPIES) -> JobResult:
     """Play all episodes of a job.
 
     Args:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.cores import cores
-from esp_trainer.evaluation.lockstep import Job, JobResult, play
+from esp_trainer.evaluation.lockstep import Job, JobResult, play_job
 from esp_trainer.evaluation.seats import Squad
 from esp_trainer.evaluation.starts import SeedStarts
 from esp_trainer.evaluation.workers import WorkError, Workers
@@ -92,7 +92,7 @@ class GameEvaluator:
 def _play(job: tuple[str, Job]) -> JobResult:
     """Play a job of a game, in any process."""
     config, episodes = job
-    return play(game_of(GameConfig.model_validate_json(config)), episodes, _copies(config))
+    return play_job(game_of(GameConfig.model_validate_json(config)), episodes, _copies(config))
 
 
 @lru_cache(maxsize=2)

@@ -15,7 +15,7 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from esp_trainer.config import SideConfig
-from esp_trainer.esp.team import Team, pick
+from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.types import (
     ROLES,
@@ -127,7 +127,7 @@ class ReferenceEvaluator:
 
 def team_of_trial(role: Role, teams: EvolvedTeams, trial: int) -> Team:
     """Return the team of one trial as a policy."""
-    genomes = pick(teams, np.array([trial]))[0]
+    genomes = gather_genomes(teams, np.array([trial]))[0]
     return Team(role, SideConfig(), teams.controller, genomes)
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from esp_trainer.esp.network import Networks
-from esp_trainer.esp.team import pick
+from esp_trainer.esp.team import gather_genomes
 from esp_trainer.game import GameError
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, TeamBatch
@@ -45,7 +45,7 @@ class Squad(NamedTuple):
             raise ValueError(
                 "{} must have {} trials, {} agents and {} actions, got {}, {} and {}".format(role, *expected, *got)
             )
-        genomes = pick(teams, np.arange(n_trials))
+        genomes = gather_genomes(teams, np.arange(n_trials))
         return cls(
             controller, np.ascontiguousarray(genomes, np.float32).reshape(n_trials, int(np.prod(genomes.shape[1:])))
         )

@@ -49,10 +49,10 @@ class ShardedEvaluator:
     def evaluate(self, batch: TrialBatch) -> TrialResult:
         """Play every episode of every trial."""
         n_trials, n_episodes = batch.starts.shape[:2]
-        shards = min(n_trials * n_episodes // self.least_episodes, self.shards or cluster.cores())
+        shards = min(n_trials * n_episodes // self.least_episodes, self.shards or cluster.cluster_cores())
         if shards < 2:
             return self._here.evaluate(batch)
-        common = cluster.share((self.env, *_without_trials(batch)))
+        common = cluster.share_value((self.env, *_without_trials(batch)))
         parts = [batch.part(trials) for trials in blocks(n_trials, shards)]
         shares = [(part.predators.indices, part.prey.indices, part.starts) for part in parts]
         results = cluster.gather([cluster.submit(_play, common, *share) for share in shares])

@@ -56,7 +56,7 @@ def exploitability(chances: np.ndarray, role: Role, solution: Solution, horizon:
 
     ``chances`` are those that :func:`esp_trainer.exact.chances.chances` returns.
     """
-    return measured(best_response(chances, role, solution.config, horizon), role, solution, horizon)
+    return exploitability_from(best_response(chances, role, solution.config, horizon), role, solution, horizon)
 
 
 def exploitability_of(policy: Any, role: Role, solution: Solution) -> Exploitability:
@@ -67,7 +67,7 @@ def exploitability_of(policy: Any, role: Role, solution: Solution) -> Exploitabi
     return exploitability(chances_of(policy, role, solution.config), role, solution, solution.horizon)
 
 
-def measured(values: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
+def exploitability_from(values: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
     """Compute the exploitability of a policy from the values of its best response, as :func:`best_response` returns
     them.
     """

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from esp_trainer.analysis import plots
-from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, name_of
+from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, measure_name
 from esp_trainer.analysis.inference import summary
 from esp_trainer.report.comparison_tables import Table
 from esp_trainer.types import ROLES, Role
@@ -58,7 +58,7 @@ class _Measure:
     """Names of all measures whose dot plots share an axis with this one."""
 
 
-def page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]) -> str:
+def comparison_page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]) -> str:
     """Return the page as HTML.
 
     Args:
@@ -114,7 +114,9 @@ def _against(role: Role, panel: str, *, captures: bool) -> _Measure:
         name = f"{role}_{panel}"
         return condition.runs[0].generations, [run.curves[name] for run in condition.runs if name in run.curves]
 
-    return _Measure(role.capitalize(), _RESULTS[role] if captures else _PAYOFF, curves, name_of(role, panel, "level"))
+    return _Measure(
+        role.capitalize(), _RESULTS[role] if captures else _PAYOFF, curves, measure_name(role, panel, "level")
+    )
 
 
 def _success(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import comb
 
-from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, Contrast, contrasts, name_of
+from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, Contrast, contrasts, measure_name
 from esp_trainer.analysis.inference import MIN_SEEDS, summary
 from esp_trainer.types import ROLES, Role
 
@@ -35,11 +35,11 @@ def shown(conditions: Sequence[Condition], role: Role) -> list[str]:
     They are level and late progress against held-out opponents, or against scripts if there are no held-out opponents,
     and the level against scripts if there are both.
     """
-    known = [panel for panel in (HELD_OUT, SCRIPTED) if _is_known(conditions, name_of(role, panel, "level"))]
+    known = [panel for panel in (HELD_OUT, SCRIPTED) if _is_known(conditions, measure_name(role, panel, "level"))]
     if not known:
         return []
-    first = [name_of(role, known[0], kind) for kind in ("level", "late_progress")]
-    return [*first, *(name_of(role, panel, "level") for panel in known[1:])]
+    first = [measure_name(role, known[0], kind) for kind in ("level", "late_progress")]
+    return [*first, *(measure_name(role, panel, "level") for panel in known[1:])]
 
 
 def _is_known(conditions: Sequence[Condition], measure: str) -> bool:
@@ -100,7 +100,7 @@ def on_terminal(table: Table) -> list[str]:
 def notes_on(conditions: Sequence[Condition], baseline: Condition) -> list[str]:
     """Return notes on the tables: missing held-out opponents, different lengths, and too few seeds for tests."""
     found = []
-    if not any(_is_known(conditions, name_of(role, HELD_OUT, "level")) for role in ROLES):
+    if not any(_is_known(conditions, measure_name(role, HELD_OUT, "level")) for role in ROLES):
         found.append(
             "There are no held-out opponents: the zoo has no team for this world, and no run was given by --panel. "
             "Progress is against scripts."

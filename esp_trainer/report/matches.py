@@ -58,7 +58,7 @@ def kinds_in(histories: Iterable[History]) -> list[type]:
     return list(dict.fromkeys([*networks, *(type(each.sight) for each in controllers)]))
 
 
-def world(env: EnvConfig) -> dict[str, Any]:
+def world_for_page(env: EnvConfig) -> dict[str, Any]:
     """Return a world in the form that the page's ``Game`` and detectors read."""
     return {
         "env": env.model_dump(),

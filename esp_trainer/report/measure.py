@@ -109,7 +109,9 @@ def never_seen(runs: Sequence[MeasuredRuns]) -> list[str]:
     return [name for name in asked if not any(name in moments for each in watched for moments in each.moments)]
 
 
-def measure(sources: Sequence[RunSource], settings: ReportOptions, say: Callable[[str], None]) -> list[MeasuredRuns]:
+def measure_runs(
+    sources: Sequence[RunSource], settings: ReportOptions, say: Callable[[str], None]
+) -> list[MeasuredRuns]:
     """Measure every run by itself, and against the others.
 
     Args:

@@ -23,12 +23,12 @@ from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import matches, moments
 from esp_trainer.report.charts import charts
-from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure
+from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure_runs
 from esp_trainer.report.recorded import recorded
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import Line, story
 from esp_trainer.report.verdict import verdict
-from esp_trainer.report.win_matrix import matrix
+from esp_trainer.report.win_matrix import win_matrix
 from esp_trainer.seeding import stream
 from predprey_env.settings import counted, flat
 
@@ -60,12 +60,12 @@ def write_page(
         say: Function called with a line about what is being done.
         notes: Notes for the reader.
     """
-    runs = measure(sources, settings, say)
+    runs = measure_runs(sources, settings, say)
     say("writing the page ...")
-    write_text(out, page(runs, notes))
+    write_text(out, run_page(runs, notes))
 
 
-def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
+def run_page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     """Return the page of some runs as HTML."""
     sources = [run.source for run in runs]
     phases, captures = moments.of_phases(runs), runs[0].captures
@@ -75,8 +75,8 @@ def page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
     lines = story(runs)
     shown = [*phases, *moments.of_behaviours(runs, without=[phase["behaviour"] for phase in phases])]
     data = {
-        "world": matches.world(sources[0].config.env) if captures else None,
-        "matrix": matrix(runs),
+        "world": matches.world_for_page(sources[0].config.env) if captures else None,
+        "matrix": win_matrix(runs),
         "charts": charts(runs),
         **(recorded(runs, shown, _starts(runs)) if unplayable else _computed(runs, shown)),
     }

@@ -40,7 +40,7 @@ def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], st
 
     Returns:
         The ``runs`` with the generations to choose from, the ``starts``, the ``moments``, and the ``recorded`` matches
-        (see :func:`record`), each with the number of its ``run``.
+        (see :func:`record_matches`), each with the number of its ``run``.
     """
     evaluator = FusedEvaluator(runs[0].source.config.env)
     size = _bytes_of_match(evaluator.env)
@@ -56,7 +56,7 @@ def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], st
             predators, prey = (_spread(each, n_generations) for each in (run.own.predators, run.own.prey))
             pairs = [(p, q, start) for p in predators.tolist() for q in prey.tolist() for start in chosen]
             pairs += [(m["generation"], m["generation"], np.array(m["start"])) for m in shown if m["run"] == number]
-            matches += [{"run": number, **match} for match in record(history, evaluator, pairs)]
+            matches += [{"run": number, **match} for match in record_matches(history, evaluator, pairs)]
             sides = {"predators": _side(history, "predators", predators), "prey": _side(history, "prey", prey)}
         offered.append({"name": run.source.name, "sides": sides})
     return {"runs": offered, "starts": chosen.tolist(), "moments": shown, "recorded": matches}
@@ -69,7 +69,7 @@ def _side(history: History, role: Role, generations: np.ndarray) -> dict[str, An
     return {"name": side_config(history.config, role).policy}
 
 
-def record(
+def record_matches(
     history: History, evaluator: FusedEvaluator, pairs: Sequence[tuple[int, int, np.ndarray]]
 ) -> list[dict[str, Any]]:
     """Play matches between champions of a run.

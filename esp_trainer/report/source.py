@@ -74,7 +74,7 @@ def cut(sources: Sequence[RunSource]) -> list[RunSource]:
     return [replace(source, history=next(same)) if source.history else source for source in shorter]
 
 
-def read(path: Path) -> RunSource:
+def read_source(path: Path) -> RunSource:
     """Read a run that is finished, in progress or damaged.
 
     Raises:

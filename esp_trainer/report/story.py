@@ -11,7 +11,7 @@ from esp_trainer.analysis.games import Sides, transitive_share
 from esp_trainer.analysis.inference import MIN_SEEDS, against, over_seeds
 from esp_trainer.analysis.progress import Progress, early_late, two_sided
 from esp_trainer.report.measure import REPORTED_BEHAVIOURS, MeasuredRuns, appeared, never_seen, why_undated
-from esp_trainer.report.verdict import in_short, notable, payoff_in_words, script_of, swings, why_unknown, won
+from esp_trainer.report.verdict import notable, payoff_in_short, payoff_in_words, script_of, swings, why_unknown, won
 from esp_trainer.types import ROLES, Role
 from predprey_env.settings import counted
 
@@ -148,7 +148,7 @@ def _corners(runs: Sequence[MeasuredRuns]) -> Line | None:
 
 
 def _mean_in_words(runs: Sequence[MeasuredRuns], values: list[float]) -> str:
-    return in_short(runs[0], float(np.mean(values)))
+    return payoff_in_short(runs[0], float(np.mean(values)))
 
 
 def _circles(runs: Sequence[MeasuredRuns]) -> Line | None:
@@ -188,7 +188,7 @@ def _phases(runs: Sequence[MeasuredRuns]) -> Line:
     return Line(
         f"Success went through {len(run.phases)} phases: at the lowest (from generation {least.start}) "
         f"{payoff_in_words(run, least.mean)}, at the highest (from generation {most.start}) "
-        f"{in_short(run, most.mean)}. "
+        f"{payoff_in_short(run, most.mean)}. "
         f"{'It swung to and fro more often than chance would.' if swings(run) else 'It did not swing to and fro.'}",
         f"{len(run.phases)} phases, by the {'prey caught' if run.captures else 'payoff'}{rest}. Success crosses its "
         f"mean {_times(run.alternation.count)}; by chance as often with p = {run.alternation.p:.2g}.",

@@ -150,7 +150,7 @@ def notable(own: Played | None) -> float:
     return max(NOTABLE * float(np.ptp(own.payoff)), 2 * float(np.nan_to_num(error)))
 
 
-def in_words(fraction: float) -> str:
+def fraction_in_words(fraction: float) -> str:
     """Return a fraction in words, to be followed by a noun: "about 1 in 4", "nearly no" or "nearly all"."""
     part, n = min(_FRACTIONS, key=lambda each: abs(each[0] / each[1] - fraction))
     return "nearly no" if part == 0 else "nearly all" if part == n else f"about {part} in {n}"
@@ -158,13 +158,13 @@ def in_words(fraction: float) -> str:
 
 def caught_in_words(fraction: float) -> str:
     """Return a fraction of prey caught in words, for example "about 1 in 4 prey is caught"."""
-    words = in_words(fraction)
+    words = fraction_in_words(fraction)
     return f"{words} prey {'is' if words == 'nearly no' or ' 1 in ' in words else 'are'} caught"
 
 
-def in_short(run: MeasuredRuns, payoff: float) -> str:
+def payoff_in_short(run: MeasuredRuns, payoff: float) -> str:
     """Return a payoff as the report says it: a fraction of prey in words, or a number."""
-    return in_words(payoff) if run.captures else f"{payoff:z.2f}"
+    return fraction_in_words(payoff) if run.captures else f"{payoff:z.2f}"
 
 
 def payoff_in_words(run: MeasuredRuns, payoff: float) -> str:
@@ -182,7 +182,7 @@ def _of_one(run: MeasuredRuns) -> str:
         return _against_script(run)
     if run.own is None or kind == "unknown":
         return f"Nobody can say who improved: {why_unknown(run)}."
-    late = in_short(run, early_late(run.own.payoff, run.own.total).late_hunt_late)
+    late = payoff_in_short(run, early_late(run.own.payoff, run.own.total).late_hunt_late)
     ending = (
         f"late predators catch {late} late prey" if run.captures else f"late predators are paid {late} by late prey"
     )

@@ -10,7 +10,7 @@ import numpy as np
 from esp_trainer.report.measure import MeasuredRuns
 
 
-def matrix(runs: Sequence[MeasuredRuns]) -> dict[str, Any] | None:
+def win_matrix(runs: Sequence[MeasuredRuns]) -> dict[str, Any] | None:
     """Return the payoff (fraction of prey caught) of each pairing, for each run; None without any cross-play.
 
     The page draws it as the CIAO plot of both sides (Cliff & Miller 1995).

@@ -123,7 +123,7 @@ def rewind(directory: RunDirectory, config: RunConfig, generations: int) -> None
         if not generations:  # the first record brings the header again
             file.unlink(missing_ok=True)
             continue
-        layout, records = read(file)
+        layout, records = read_genealogy(file)
         if layout != Layout.of(config, role):
             raise DamagedFileError(f"{file} is damaged: it belongs to another config")
         if len(records) < generations:
@@ -133,7 +133,7 @@ def rewind(directory: RunDirectory, config: RunConfig, generations: int) -> None
             sync(opened.fileno())
 
 
-def read(file: Path) -> tuple[Layout, np.ndarray]:
+def read_genealogy(file: Path) -> tuple[Layout, np.ndarray]:
     """Return the layout and the records of a side's genealogy, ``(n_generations,)``, without one that was cut off.
 
     Raises:

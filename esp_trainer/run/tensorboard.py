@@ -22,7 +22,7 @@ class TensorBoardLog:
     """
 
     def __init__(self, directory: Path) -> None:
-        check_installed()
+        check_tensorboard_installed()
         from tensorboard.summary.writer.record_writer import RecordWriter
 
         self._path = directory / f"events.out.tfevents.{time():.6f}.{os.getpid()}"
@@ -51,7 +51,7 @@ class TensorBoardLog:
             self._file.close()
 
 
-def check_installed() -> None:
+def check_tensorboard_installed() -> None:
     """Raise :class:`gymnasium.error.DependencyNotInstalled`, with the remedy, if TensorBoard is missing."""
     with extra("tensorboard", "a log for TensorBoard"):
         import tensorboard.summary  # noqa: F401

@@ -135,7 +135,7 @@ class Trainer:
                 held_out = generation.held_out.as_dict()
                 self._save_champions(generation, held_out)
                 genealogy.append(generation.number, generation.bred)
-                metrics.append(record(generation, held_out))
+                metrics.append(metrics_record(generation, held_out))
                 self.coevolution.sides = sides  # from here on the generation counts
                 if self.done % self.config.checkpoint_every == 0:
                     self._save_checkpoint(metrics, genealogy)
@@ -213,7 +213,7 @@ def _rounded(values: dict[str, float]) -> dict[str, float | None]:
     return {name: None if isnan(value) else round(value, 4) for name, value in values.items()}
 
 
-def record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
+def metrics_record(generation: Generation, held_out: dict[str, Any]) -> dict[str, Any]:
     """Return a line of ``metrics.jsonl``."""
     payoff = "caught" if "caught" in held_out else "payoff"  # the fraction of prey caught, or that of another game
     return {

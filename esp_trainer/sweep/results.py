@@ -82,7 +82,7 @@ def write_csv(file: Path, results: Sequence[RunResult]) -> None:
     write_table(file, lines)
 
 
-def table(results: Sequence[RunResult]) -> list[str]:
+def sweep_table(results: Sequence[RunResult]) -> list[str]:
     """Return a line for each cell: the number of complete runs, and the means over them with 95% intervals."""
     names = _names(results)
     cells = dict.fromkeys(result.run.cell for result in results)

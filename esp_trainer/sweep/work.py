@@ -9,7 +9,7 @@ from pathlib import Path
 
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.registry import make_evaluator
-from esp_trainer.files import in_words, write_text
+from esp_trainer.files import error_in_words, write_text
 from esp_trainer.run.checkpoint import difference
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.trainer import Trainer
@@ -27,7 +27,7 @@ def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object
         for _ in trainer.generations():
             pass
     except OSError as error:
-        return in_words(error)
+        return error_in_words(error)
     except (ValueError, MemoryError, Warning) as error:  # PYTHONWARNINGS can make an error of a warning
         return (str(error) or type(error).__name__).splitlines()[0]
     except Exception as error:

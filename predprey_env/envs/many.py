@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from predprey_env.config import EnvConfig
 from predprey_env.envs.fixed import Timed, read_only
 from predprey_env.envs.inputs import read_mask, read_mode, read_seeds
-from predprey_env.envs.options import Options, read_options
+from predprey_env.envs.options import Options, read_reset_options
 from predprey_env.envs.pictures import RENDER_FPS, VECTOR_RENDER_MODES, Painters, Pictured, Pictures
 from predprey_env.envs.worlds import Scratch, Worlds, make_scratch, make_worlds, place, score
 from predprey_env.rules.starts import draw_each, given_starts
@@ -112,7 +112,7 @@ class ManyWorlds(Timed):
 
         A reset mask has ``n_rows`` rows, the same number for each world.
         """
-        options = read_options(options)
+        options = read_reset_options(options)
         which = read_mask(options.get("reset_mask"), self.n_worlds, n_rows)
         if self._over is None and len(which) < self.n_worlds:
             raise RuntimeError("reset() must be called without a reset_mask first")

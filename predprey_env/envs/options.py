@@ -16,7 +16,7 @@ OPTIONS = ("starts", "reset_mask")
 """Names of all options; `reset_mask` is only for environments with many worlds."""
 
 
-def read_options(options: object, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
+def read_reset_options(options: object, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
     """Return the options of a reset by name.
 
     Raises :class:`ValueError` for a name that looks like a misspelt option of ours, and for an option that only our

@@ -14,7 +14,7 @@ from predprey_env.config import IDLE, TEAMS, EnvConfig, Rules
 from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.masks import action_mask
-from predprey_env.envs.options import Options, read_options
+from predprey_env.envs.options import Options, read_reset_options
 from predprey_env.envs.spaces import action_space, observation_slices, observation_space, state_space
 from predprey_env.extras import require_pygame
 from predprey_env.jit.compilation import entry_point, rule
@@ -151,7 +151,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         self, seed: int | None = None, options: Options | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
         """Start an episode at random positions, or at ``options={"starts": (n_agents, 2) cells}``."""
-        starts = read_options(options, ("starts",)).get("starts")
+        starts = read_reset_options(options, ("starts",)).get("starts")
         given = None if starts is None else given_starts(starts, self.config)
         if (number := read_seed(seed)) is not None:
             self._random = seeding.np_random(number)

@@ -149,12 +149,12 @@ class Painter:
         caught, n_prey = int((track.caught_at <= now).sum()), self._config.n_prey
         step = f"step {int(np.ceil(now))} / {self._config.max_cycles}"
         self._picture.fill(GRID, (0, 0, SIDE, HEADER))
-        left, right = (sprites.write(line, 26, INK) for line in (step, f"caught {caught} / {n_prey}"))
+        left, right = (sprites.write_sprite(line, 26, INK) for line in (step, f"caught {caught} / {n_prey}"))
         middle = HEADER // 2
         self._picture.blit(left, left.get_rect(midleft=(12, middle)))
         self._picture.blit(right, right.get_rect(midright=(SIDE - 12, middle)))
         if caption:
-            written = sprites.write(caption, 26, PREDATOR)
+            written = sprites.write_sprite(caption, 26, PREDATOR)
             self._picture.blit(written, written.get_rect(center=(SIDE // 2, middle)))
 
 

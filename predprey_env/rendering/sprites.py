@@ -54,7 +54,7 @@ def ring(radius: float, colour: Colour) -> pygame.Surface:
     return sprite
 
 
-def write(line: str, size: int, colour: Colour) -> pygame.Surface:
+def write_sprite(line: str, size: int, colour: Colour) -> pygame.Surface:
     """Draw a line of text of a size in pixels."""
     pygame.font.init()  # each time, because other environments may have quit pygame for the whole process
     return pygame.font.Font(None, size).render(line, True, colour)
@@ -90,7 +90,7 @@ def _square(radius: float, colour: Colour) -> pygame.Surface:
 
 
 def _labelled(sprite: pygame.Surface, label: str, radius: float) -> pygame.Surface:
-    letters = write(label, max(1, round(1.9 * radius)), GROUND)
+    letters = write_sprite(label, max(1, round(1.9 * radius)), GROUND)
     # Digits and letters lie above the middle of their line, so move them down to centre them.
     sprite.blit(letters, letters.get_rect(center=sprite.get_rect().center).move(0, round(radius / 12)))
     return sprite

@@ -8,7 +8,7 @@ import numpy as np
 
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides
 from esp_trainer.config import RunConfig
-from esp_trainer.esp.team import Team, pick
+from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.presets import preset
 from esp_trainer.seeding import stream
@@ -65,4 +65,4 @@ def random_team(role: Role) -> Team:
     if not isinstance(teams, EvolvedTeams):
         raise ValueError(f"{role} must evolve, got a script")
     side = {"predators": config.predators, "prey": config.prey}[role]
-    return Team(role, side, teams.controller, pick(teams, np.arange(1))[0])
+    return Team(role, side, teams.controller, gather_genomes(teams, np.arange(1))[0])

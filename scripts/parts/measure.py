@@ -10,7 +10,7 @@ from race.measure import GENERATIONS, Arrays, behaviours, is_measured, keep, mea
 from study import in_processes
 from tqdm import tqdm
 
-from esp_trainer.analysis.comparison import caught_by_each, held_out_opponents, scripts
+from esp_trainer.analysis.comparison import caught_by_each, held_out_opponents, script_panel
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -43,7 +43,7 @@ def _measure_run(place: Path, run: PlannedRun) -> None:
     found: Arrays = {"config": np.array(run.config.model_dump_json()), "generations": generations}
     for role in ROLES:
         mine = history.entrants(role, generations)
-        for name, opponents in (("held_out", held_out_opponents(history.config.env)), ("scripts", scripts())):
+        for name, opponents in (("held_out", held_out_opponents(history.config.env)), ("scripts", script_panel())):
             caught = caught_by_each(role, mine, opponents[other_team(role)], evaluator)
             found[f"{name}.{role}"] = caught.astype(np.float32)
     keep(measured_file(place, run), found | behaviours(history, evaluator, generations))

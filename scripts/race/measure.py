@@ -10,13 +10,13 @@ import numpy as np
 from study import in_processes
 
 from esp_trainer.analysis.best_response import evolve_response
-from esp_trainer.analysis.comparison import Panel, caught_by_each, held_out_opponents, scripts
+from esp_trainer.analysis.comparison import Panel, caught_by_each, held_out_opponents, script_panel
 from esp_trainer.analysis.cross_play import PANEL, own_cross_play
 from esp_trainer.analysis.history import History
-from esp_trainer.analysis.watch import watch
+from esp_trainer.analysis.watch import watch_behaviours
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.report.source import SPREADS, read
+from esp_trainer.report.source import SPREADS, read_source
 from esp_trainer.run.directory import RunDirectory, records
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.types import ROLES
@@ -55,7 +55,7 @@ def measure_all(place: Path, runs: Sequence[PlannedRun], panel: Sequence[Path], 
 
 
 def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
-    source = read(place / run.name)
+    source = read_source(place / run.name)
     history = source.history
     if history is None or len(history) < run.config.generations:
         raise ValueError(f"{place / run.name} is not whole: {'; '.join(source.missing)}")
@@ -68,7 +68,7 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
     panels = {
         "panel": _members(panel),
         "held_out": held_out_opponents(history.config.env, older_only=True),
-        "scripts": scripts(),
+        "scripts": script_panel(),
     }
     for role in history.champions:
         mine = history.entrants(role, generations)
@@ -103,7 +103,7 @@ def _members(panel: Sequence[Path]) -> Panel:
 
 def behaviours(history: History, evaluator: FusedEvaluator, generations: np.ndarray) -> Arrays:
     """Return rates and null rates of every behaviour in champion against champion, ``(GENERATIONS, 2)`` each."""
-    rates = watch(history, evaluator, generations)
+    rates = watch_behaviours(history, evaluator, generations)
     return {f"behaviour.{name}": np.array([(r.rate, r.null) for r in row], np.float32) for name, row in rates.items()}
 
 

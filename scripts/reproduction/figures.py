@@ -44,7 +44,7 @@ def ciao(results: All, place: Path) -> None:
     tables = []
     for panel, arm in zip(axes, arms, strict=True):
         generations, caught = results[arm].generations, results[arm].caught.mean(axis=0)
-        tables.append((arm, plots.matrix(figure, panel, generations, generations, caught, top=0.8)))
+        tables.append((arm, plots.payoff_matrix(figure, panel, generations, generations, caught, top=0.8)))
         panel.set_title(arm)
     columns = ("predators", "prey", "caught")
     data = {"arm": np.concatenate([[arm] * len(table["caught"]) for arm, table in tables])}

@@ -9,7 +9,7 @@ import numpy as np
 from race.measure import Arrays, behaviours, keep, measured_file
 
 from esp_trainer.analysis.best_response import evolve_response
-from esp_trainer.analysis.comparison import caught_by_each, scripts
+from esp_trainer.analysis.comparison import caught_by_each, script_panel
 from esp_trainer.analysis.cross_play import own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -39,7 +39,7 @@ def measure(place: Path, run: PlannedRun, panel: Sequence[Path], thorough: bool)
         mine, other = history.entrants(role, generations), other_team(role)
         members = map(History.of_run, panel)
         held_out = [each.entrants(other, len(each) * np.arange(1, PANEL + 1) // PANEL - 1) for each in members]
-        for name, opponents in {"panel": held_out, "scripts": scripts()[other]}.items():
+        for name, opponents in {"panel": held_out, "scripts": script_panel()[other]}.items():
             found[f"{name}.{role}"] = caught_by_each(role, mine, opponents, evaluator).astype(np.float32)
         if thorough:
             seed = RESPONSE_SEED + run.config.seed

@@ -10,7 +10,7 @@ from hypothesis import settings
 
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides
 from esp_trainer.config import RunConfig
-from esp_trainer.esp.team import pick
+from esp_trainer.esp.team import gather_genomes
 from esp_trainer.evaluation.starts import CellStarts, SeedStarts
 from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, EvolvedTeams, ScriptedTeams, TeamBatch, TrialBatch, TrialResult
@@ -43,7 +43,7 @@ def genomes_of(teams: TeamBatch) -> np.ndarray | None:
     """What the teams of all trials are made of, copied; nothing of a script."""
     if isinstance(teams, ScriptedTeams):
         return None
-    return pick(teams, np.arange(len(teams.indices)))
+    return gather_genomes(teams, np.arange(len(teams.indices)))
 
 
 class FakeEvaluator:

@@ -136,7 +136,7 @@ def test_a_page_is_about_what_is_whole(name: str, place: Path) -> None:
 
 def read_source(file: Path) -> bytes:
     run = file.parent.parent if file.parent.name == "champions" else file.parent
-    return str(source.read(run).missing).encode()
+    return str(source.read_source(run).missing).encode()
 
 
 def foreign() -> dict[str, bytes]:

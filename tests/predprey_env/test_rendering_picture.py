@@ -238,7 +238,7 @@ def test_the_line_above_counts_steps_and_the_caught() -> None:
     for step, caught, word in [(0, 0, ""), (1, 1, "EW")]:
         frame = walk(env, *[word] * bool(word))
         for line, left in [(f"step {step} / 150", True), (f"caught {caught} / 1", False)]:
-            letters = sprites.write(line, 26, INK)
+            letters = sprites.write_sprite(line, 26, INK)
             expected = pygame.Surface(letters.get_size(), depth=32)
             expected.fill(GRID)
             expected.blit(letters, (0, 0))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from predprey_env import EnvConfig, predprey_v0, team_view, vector_env
-from predprey_env.envs.options import OPTIONS, read_options
+from predprey_env.envs.options import OPTIONS, read_reset_options
 
 SMALL = {"n_predators": 1, "n_prey": 1, "size": 9}
 CELLS = [[1, 2], [3, 4]]
@@ -84,12 +84,12 @@ def test_a_refused_option_leaves_the_episode_as_it_was() -> None:
 
 def test_where_nobody_else_has_options_every_unknown_one_is_refused() -> None:
     with pytest.raises(ValueError, match=r"^unknown reset option wind; there are starts and reset_mask$"):
-        read_options({"starts": CELLS, "wind": 3}, OPTIONS, only_ours=True)
-    assert read_options({"starts": CELLS}, OPTIONS, only_ours=True) == {"starts": CELLS}
+        read_reset_options({"starts": CELLS, "wind": 3}, OPTIONS, only_ours=True)
+    assert read_reset_options({"starts": CELLS}, OPTIONS, only_ours=True) == {"starts": CELLS}
 
 
 def test_no_field_of_the_config_is_taken_for_an_option() -> None:
     """Wrappers that hand a config's fields to reset() are not ours to judge."""
     fields = EnvConfig().model_dump()
     fields.pop("start_collisions")
-    assert read_options(fields) == fields
+    assert read_reset_options(fields) == fields

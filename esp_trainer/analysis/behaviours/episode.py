@@ -187,7 +187,7 @@ def offset(episode: Episode, row: int, agent: int, prey: int) -> Vector:
 
 
 @rule
-def distance(episode: Episode, row: int, agent: int, prey: int) -> int:
+def distance_to_prey(episode: Episode, row: int, agent: int, prey: int) -> int:
     """Return the toroidal Manhattan distance between a prey and another agent, in steps."""
     steps: int = manhattan(episode.offsets[row, agent, prey, 0], episode.offsets[row, agent, prey, 1])
     return steps
@@ -196,7 +196,7 @@ def distance(episode: Episode, row: int, agent: int, prey: int) -> int:
 @rule
 def approached(episode: Episode, row: int, predator: int, prey: int, rows: int) -> int:
     """Return by how many steps a predator came nearer to a prey in the ``rows`` rows before a row."""
-    return distance(episode, row - rows, predator, prey) - distance(episode, row, predator, prey)
+    return distance_to_prey(episode, row - rows, predator, prey) - distance_to_prey(episode, row, predator, prey)
 
 
 @rule
@@ -232,7 +232,7 @@ def in_the_way(episode: Episode, row: int, predator: int, prey: int, run: int, p
 @rule
 def nearest_distance(episode: Episode, row: int, prey: int) -> int:
     """Return the distance from a prey to its nearest predator, in steps."""
-    least = distance(episode, row, 0, prey)
+    least = distance_to_prey(episode, row, 0, prey)
     for predator in range(1, episode.n_predators):
-        least = min(least, distance(episode, row, predator, prey))
+        least = min(least, distance_to_prey(episode, row, predator, prey))
     return least

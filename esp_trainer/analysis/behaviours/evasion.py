@@ -10,7 +10,7 @@ from esp_trainer.analysis.behaviours.episode import (
     approached,
     cosine,
     cross,
-    distance,
+    distance_to_prey,
     dot,
     extent,
     in_the_way,
@@ -70,7 +70,7 @@ def _tails(episode: Episode, row: int, predator: int, prey: int, length: int, ta
     """Return whether a predator was near a prey all the time, and mostly went towards it."""
     led = 0
     for each in range(row - length, row + 1):
-        if distance(episode, each, predator, prey) > tail:
+        if distance_to_prey(episode, each, predator, prey) > tail:
             return False
         led += each > row - length and led_towards(episode, each, predator, prey)
     return 4 * led >= 3 * length
@@ -111,7 +111,7 @@ def _is_baited(episode: Episode, row: int, predator: int, prey: int, x: Threshol
     """Return whether a predator converges on a prey that is about to go elsewhere."""
     leaving = way(episode, row, row + x.escape, episode.n_predators + prey)
     return (
-        distance(episode, row, predator, prey) <= x.converged
+        distance_to_prey(episode, row, predator, prey) <= x.converged
         and approached(episode, row, predator, prey, x.wait) >= x.approach
         and cosine(offset(episode, row, predator, prey), leaving) <= _AWAY
     )
@@ -191,7 +191,7 @@ def _is_between(episode: Episode, row: int, prey: int, direction: Vector, reach:
     """Return whether, along a direction, one predator is ahead of a prey and another behind it."""
     ahead, behind = False, False
     for predator in range(episode.n_predators):
-        if distance(episode, row, predator, prey) <= reach:
+        if distance_to_prey(episode, row, predator, prey) <= reach:
             forward = dot(offset(episode, row, predator, prey), direction)
             ahead = ahead or forward > 0
             behind = behind or forward < 0

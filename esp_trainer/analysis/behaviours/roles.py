@@ -11,7 +11,7 @@ from esp_trainer.analysis.behaviours.episode import (
     Episode,
     cosine,
     cross,
-    distance,
+    distance_to_prey,
     extent,
     in_the_way,
     is_free,
@@ -54,17 +54,17 @@ def ends_attack(episode: Episode, row: int, predator: int, prey: int, x: Thresho
     * The predator reacted to the prey: it turned, or was near all the time, or was in line with the prey (in its row or
       column) all the time. Without this, a straight run past a prey would count.
     """
-    if not was_free(episode, row, prey, x.chase) or distance(episode, row, predator, prey) > x.near:
+    if not was_free(episode, row, prey, x.chase) or distance_to_prey(episode, row, predator, prey) > x.near:
         return False
     first, led = row - x.chase, 0
     for each in range(first + 1, row + 1):
         led += led_towards(episode, each, predator, prey)
     if led < x.chase - x.slips:
         return False
-    has_turned, in_line, near = False, True, distance(episode, first, predator, prey) <= x.near
+    has_turned, in_line, near = False, True, distance_to_prey(episode, first, predator, prey) <= x.near
     for each in range(first + 1, row + 1):
         has_turned = has_turned or (each > first + 1 and turned(episode, each, predator))
-        near = near and distance(episode, each, predator, prey) <= x.near
+        near = near and distance_to_prey(episode, each, predator, prey) <= x.near
         step, seen = way(episode, each - 1, each, predator), offset(episode, each - 1, predator, prey)
         in_line = in_line and cross(step, seen) == 0
     return has_turned or near or in_line
@@ -167,4 +167,4 @@ def _closes_in(episode: Episode, row: int, predator: int, prey: int, x: Threshol
     """Return whether a predator that is near a free prey attacks it."""
     if not episode.attacks[row, predator, prey]:
         return False
-    return is_free(episode, row, prey) and distance(episode, row, predator, prey) <= x.near
+    return is_free(episode, row, prey) and distance_to_prey(episode, row, predator, prey) <= x.near

@@ -7,7 +7,7 @@ from esp_trainer.analysis.behaviours.episode import (
     Vector,
     approached,
     cross,
-    distance,
+    distance_to_prey,
     is_free_around,
     offset,
 )
@@ -31,7 +31,7 @@ def encirclement(episode: Episode, row: int, x: Thresholds) -> bool:
         if is_free_around(episode, row, prey, x.wait, 0):
             n_near, closer = 0, 0
             for predator in range(episode.n_predators):
-                if distance(episode, row, predator, prey) <= x.near:
+                if distance_to_prey(episode, row, predator, prey) <= x.near:
                     n_near += 1
                     closer += approached(episode, row, predator, prey, x.wait)
             if n_near >= 3 and closer >= x.approach * n_near and _is_enclosed(episode, row, prey, x.near):
@@ -43,10 +43,10 @@ def encirclement(episode: Episode, row: int, x: Thresholds) -> bool:
 def _is_enclosed(episode: Episode, row: int, prey: int, near: int) -> bool:
     """Return whether to the left of every near predator, by less than 180 degrees, is another one."""
     for predator in range(episode.n_predators):
-        if distance(episode, row, predator, prey) <= near:
+        if distance_to_prey(episode, row, predator, prey) <= near:
             followed = False
             for other in range(episode.n_predators):
-                if distance(episode, row, other, prey) <= near:
+                if distance_to_prey(episode, row, other, prey) <= near:
                     here, there = _direction(episode, row, predator, prey), _direction(episode, row, other, prey)
                     followed = followed or cross(here, there) > 0
             if not followed:
@@ -59,4 +59,4 @@ def _direction(episode: Episode, row: int, predator: int, prey: int) -> Vector:
     """Return the displacement from a prey to a predator."""
     # Only in re-paired episodes can a predator be in a free prey's cell. Then it is counted as in the east, like the
     # angle of a vector of length 0.
-    return (1, 0) if distance(episode, row, predator, prey) == 0 else offset(episode, row, predator, prey)
+    return (1, 0) if distance_to_prey(episode, row, predator, prey) == 0 else offset(episode, row, predator, prey)

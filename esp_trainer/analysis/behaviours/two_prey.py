@@ -6,7 +6,7 @@ from esp_trainer.analysis.behaviours.episode import (
     Episode,
     Vector,
     cosine,
-    distance,
+    distance_to_prey,
     dot,
     is_free,
     is_free_around,
@@ -44,8 +44,8 @@ def herding(episode: Episode, row: int, x: Thresholds) -> bool:
 def _are_herded(episode: Episode, row: int, one: int, other: int, x: Thresholds) -> bool:
     """Return whether two prey came together, and both were driven for long enough."""
     partner = episode.n_predators + other
-    apart = distance(episode, row, partner, one)
-    if apart > x.reach or distance(episode, row - x.herd, partner, one) - apart < x.gathered:
+    apart = distance_to_prey(episode, row, partner, one)
+    if apart > x.reach or distance_to_prey(episode, row - x.herd, partner, one) - apart < x.gathered:
         return False
     driven = 0
     for each in range(row - x.herd + 1, row + 1):
@@ -65,7 +65,7 @@ def _is_driven(episode: Episode, row: int, prey: int, inwards: Vector, reach: in
         return False
     for predator in range(episode.n_predators):
         outside = dot(offset(episode, row, predator, prey), inwards) < 0
-        if outside and distance(episode, row, predator, prey) == least:
+        if outside and distance_to_prey(episode, row, predator, prey) == least:
             return True
     return False
 
@@ -105,7 +105,7 @@ def scattering(episode: Episode, row: int, x: Thresholds) -> bool:
             if is_free_around(episode, row, one, x.wait, x.escape) and is_free_around(
                 episode, row, other, x.wait, x.escape
             ):
-                near = distance(episode, row, episode.n_predators + other, one) <= x.near
+                near = distance_to_prey(episode, row, episode.n_predators + other, one) <= x.near
                 if near and _part(episode, row, one, other, x) and _are_converged_on(episode, row, one, other, x):
                     return True
     return False
@@ -125,14 +125,14 @@ def _are_converged_on(episode: Episode, row: int, one: int, other: int, x: Thres
 @rule
 def _distance_to_pair(episode: Episode, row: int, predator: int, one: int, other: int) -> int:
     """Return the distance from a predator to the nearer of two prey, in steps."""
-    return min(distance(episode, row, predator, one), distance(episode, row, predator, other))
+    return min(distance_to_prey(episode, row, predator, one), distance_to_prey(episode, row, predator, other))
 
 
 @rule
 def _part(episode: Episode, row: int, one: int, other: int, x: Thresholds) -> bool:
     """Return whether two prey separate, each by its own steps and one of them by a turn."""
     first, second = episode.n_predators + one, episode.n_predators + other
-    if distance(episode, row + x.escape, second, one) - distance(episode, row, second, one) < x.escape:
+    if distance_to_prey(episode, row + x.escape, second, one) - distance_to_prey(episode, row, second, one) < x.escape:
         return False
     before, after = way(episode, row - x.wait, row, first), way(episode, row, row + x.escape, first)
     others_before, others_after = way(episode, row - x.wait, row, second), way(episode, row, row + x.escape, second)

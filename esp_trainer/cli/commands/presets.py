@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from esp_trainer.cli.overrides import describe
+from esp_trainer.cli.overrides import describe_fields
 from esp_trainer.presets import PRESETS, preset
 
 SUMMARY = "list the experiments, or all fields of one"
@@ -18,7 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run ``presets``, and return its exit status."""
     if name := options.preset:
-        print(f"{name}: {PRESETS[name][0] if preset(name) else ''}\n{describe(preset(name))}")
+        print(f"{name}: {PRESETS[name][0] if preset(name) else ''}\n{describe_fields(preset(name))}")
         return 0
     width = max(map(len, PRESETS))
     for known, (meaning, _) in PRESETS.items():

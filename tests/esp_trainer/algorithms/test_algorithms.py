@@ -16,7 +16,7 @@ from esp_trainer.algorithms.genetic import GeneticAlgorithm
 from esp_trainer.algorithms.openai_es import OpenAIES
 from esp_trainer.config import EspConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.esp.team import pick
+from esp_trainer.esp.team import gather_genomes
 
 CONTROLLER = make_controller(SideConfig(n_hidden=2, bias=True), np.array([[0, 1], [2, 3]]), 4)
 N_AGENTS = 3
@@ -39,7 +39,7 @@ def start(name: str, seed: int = 0, **options: Any) -> Any:
 
 
 def genes_of(teams: Any) -> np.ndarray:
-    return pick(teams, np.arange(len(teams.indices)))
+    return gather_genomes(teams, np.arange(len(teams.indices)))
 
 
 def loss(genomes: np.ndarray) -> np.ndarray:

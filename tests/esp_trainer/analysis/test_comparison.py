@@ -14,9 +14,9 @@ from esp_trainer.analysis.comparison import (
     caught_by_each,
     contrasts,
     held_out_opponents,
-    measure,
+    measure_history,
     measures,
-    scripts,
+    script_panel,
 )
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
@@ -52,7 +52,7 @@ def test_levels_and_progress_by_hand(evaluator: FusedEvaluator, monkeypatch: pyt
     # Generation g catches g / 12 of one opponent's prey and nothing of the other's, in either role.
     caught = np.column_stack([np.arange(N) / N, np.zeros(N)])
     monkeypatch.setattr(comparison, "caught_by_each", lambda *_, **__: caught)
-    found = measure(random_history(), {SCRIPTED: scripts()}, evaluator)
+    found = measure_history(random_history(), {SCRIPTED: script_panel()}, evaluator)
     assert found.generations.tolist() == list(range(N))
     assert found.curves["predators_scripts"] == pytest.approx(np.arange(N) / 24)
     assert found.curves["prey_scripts"] == pytest.approx(1 - np.arange(N) / 24)
@@ -69,16 +69,16 @@ def test_levels_and_progress_by_hand(evaluator: FusedEvaluator, monkeypatch: pyt
 
 
 def test_generations_are_spread_evenly(evaluator: FusedEvaluator) -> None:
-    found = measure(random_history(), {SCRIPTED: scripts()}, evaluator, n_generations=3, n_episodes=8)
+    found = measure_history(random_history(), {SCRIPTED: script_panel()}, evaluator, n_generations=3, n_episodes=8)
     assert found.generations.tolist() == [0, 6, 11]
     assert len(found.curves["prey_scripts"]) == 3
     with pytest.raises(ValueError, match=r"^progress takes at least 3 generations, got 2$"):
-        measure(random_history(2), {SCRIPTED: scripts()}, evaluator)
+        measure_history(random_history(2), {SCRIPTED: script_panel()}, evaluator)
 
 
 def test_a_side_that_follows_a_script_has_no_measures(evaluator: FusedEvaluator) -> None:
-    found = measure(
-        random_history(prey="flee_nearest"), {SCRIPTED: scripts()}, evaluator, n_generations=3, n_episodes=8
+    found = measure_history(
+        random_history(prey="flee_nearest"), {SCRIPTED: script_panel()}, evaluator, n_generations=3, n_episodes=8
     )
     assert set(found.curves) == {"predators_scripts"}
     assert all(np.isnan(value) for name, value in found.values.items() if name.startswith("prey"))
@@ -86,14 +86,17 @@ def test_a_side_that_follows_a_script_has_no_measures(evaluator: FusedEvaluator)
 
 def test_a_side_that_nobody_plays_against_has_no_measures(evaluator: FusedEvaluator) -> None:
     others = held_out_opponents(ENV, [random_history(prey="flee_nearest", seed=1)])  # it has no prey to meet
-    found = measure(random_history(), {HELD_OUT: others}, evaluator, n_generations=3, n_episodes=8)
+    found = measure_history(random_history(), {HELD_OUT: others}, evaluator, n_generations=3, n_episodes=8)
     assert set(found.curves) == {"prey_held_out"}
 
 
 def test_every_column_is_a_cross_play(evaluator: FusedEvaluator) -> None:
     history, generations = random_history(), np.array([0, 5, 11])
     for role, other in (ROLES, ROLES[::-1]):
-        mine, theirs = history.entrants(role, generations), [*scripts()[other], history.entrants(other, generations)]
+        mine, theirs = (
+            history.entrants(role, generations),
+            [*script_panel()[other], history.entrants(other, generations)],
+        )
         found = caught_by_each(role, mine, theirs, evaluator, n_episodes=8)
         played = [
             cross_play(mine, each, evaluator, n_episodes=8).caught

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from esp_trainer.analysis.genealogy import NEVER, Genealogy, of_run, replay, trace
+from esp_trainer.analysis.genealogy import NEVER, Genealogy, of_run, replay_origins, trace
 from esp_trainer.config import RunConfig
 from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.presets import preset
 from esp_trainer.run.directory import RunDirectory
-from esp_trainer.run.genealogy import Layout, read
+from esp_trainer.run.genealogy import Layout, read_genealogy
 from esp_trainer.run.trainer import Trainer
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ BY_HAND = records(
 
 
 def test_origins_follow_the_parents_cut_by_cut() -> None:
-    found = [(genes.each(np.copy), champion) for genes, champion in replay(LAYOUT, BY_HAND)]
+    found = [(genes.each(np.copy), champion) for genes, champion in replay_origins(LAYOUT, BY_HAND)]
     strings = [["".join(map(str, neuron)) for neuron in genes.founder[0]] for genes, _ in found]
     assert strings == [
         ["000", "111", "222", "333"],
@@ -137,10 +137,10 @@ def test_the_origins_of_all_genes_are_those_that_the_genes_say(
             n_bursts += generation.bred[role].burst
     assert (n_bursts > 0) == bool(config.esp.burst_after)
     for role in sides:
-        layout, found = read(RunDirectory(tmp_path).genealogy_file(role))
+        layout, found = read_genealogy(RunDirectory(tmp_path).genealogy_file(role))
         read_by_a_network = np.arange(max(layout.used)) < np.array(layout.used)[:, None]
         assert len(found) == len(says[role]) == 12
-        for (genes, champion), (population, chosen) in zip(replay(layout, found), says[role], strict=True):
+        for (genes, champion), (population, chosen) in zip(replay_origins(layout, found), says[role], strict=True):
             wanted = population.reshape(*genes.founder.shape).swapaxes(1, 2)
             assert np.array_equal(label(*genes).swapaxes(1, 2)[read_by_a_network], wanted[read_by_a_network])
             of_champion = chosen.reshape(champion.founder.shape)
@@ -159,8 +159,8 @@ def without_past(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_founders_are_lost_for_good_where_no_past_champion_mates(without_past: Path) -> None:
-    layout, found = read(RunDirectory(without_past).genealogy_file("prey"))
-    left = [{*genes.founder[0, :, 0].tolist()} for genes, _ in replay(layout, found)]
+    layout, found = read_genealogy(RunDirectory(without_past).genealogy_file("prey"))
+    left = [{*genes.founder[0, :, 0].tolist()} for genes, _ in replay_origins(layout, found)]
     assert len(left[0]) == 12
     assert all(later <= earlier for earlier, later in pairwise(left))
     assert len(left[-1]) < 4

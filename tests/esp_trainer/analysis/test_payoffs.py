@@ -16,7 +16,7 @@ from esp_trainer.analysis.progress import (
     two_sided,
 )
 from esp_trainer.analysis.ratings import rate_payoffs
-from esp_trainer.statistics import Payoffs, in_short, mean_of, summarise
+from esp_trainer.statistics import Payoffs, mean_of, results_in_short, summarise
 from esp_trainer.types import TrialResult
 
 RISING = np.arange(6.0)
@@ -91,6 +91,6 @@ def test_episodes_are_summarised_by_payoffs() -> None:
     assert (found.episodes, found.steps, found.predator_fitness, found.prey_fitness) == (2, 6.0, 2.0, -2.0)
     assert found.payoff.rate == 2.0
     assert found.payoff.high - found.payoff.rate == pytest.approx(1.96, rel=1e-4)  # standard error 1
-    assert in_short(found.as_dict()) == "payoff 2.00"
+    assert results_in_short(found.as_dict()) == "payoff 2.00"
     assert mean_of(np.array([4.0])) == mean_of(np.array([[4.0]]))
     assert mean_of(np.array([4.0])).low == 4.0

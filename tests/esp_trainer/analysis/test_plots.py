@@ -25,8 +25,8 @@ from esp_trainer.analysis.plots import (
     curve,
     dash_of,
     legend,
-    matrix,
     panels,
+    payoff_matrix,
     save,
     smooth,
     trajectories,
@@ -190,7 +190,7 @@ def test_a_matrix_has_predators_upwards_and_prey_to_the_right():
     figure, (axes,) = panels(1)
     predators, prey = np.array([0, 5, 9]), np.array([0, 7])
     caught = np.array([[0.0, 0.1], [0.2, 0.3], [0.4, 0.5]])
-    data = matrix(figure, axes, predators, prey, caught, top=0.8)
+    data = payoff_matrix(figure, axes, predators, prey, caught, top=0.8)
     assert data["predators"].tolist() == [0, 0, 5, 5, 9, 9]
     assert data["prey"].tolist() == [0, 7, 0, 7, 0, 7]
     assert data["caught"].tolist() == [0, 0.1, 0.2, 0.3, 0.4, 0.5]

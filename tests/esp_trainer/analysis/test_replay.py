@@ -7,7 +7,7 @@ import pytest
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.moments import best_moment
-from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, captions, play, seen_in
+from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, captions, play_episode, seen_in
 from predprey_env import EnvConfig, PredPreyEnv
 from predprey_env.policies import ScriptedTeam
 from predprey_env.rules.dynamics import World
@@ -15,7 +15,7 @@ from predprey_env.rules.dynamics import World
 
 def scripted(env: EnvConfig, seed: int = 0, predators: str = "surround", prey: str = "flee_nearest") -> Trajectory:
     teams = ScriptedTeam.of(predators, "predators", env), ScriptedTeam.of(prey, "prey", env)
-    return play(*teams, env, seed)
+    return play_episode(*teams, env, seed)
 
 
 def made(cells: np.ndarray, env: EnvConfig, caught: tuple[int, ...] = ()) -> Trajectory:

@@ -8,7 +8,7 @@ import pytest
 from esp_trainer.analysis.behaviours.counts import BehaviourRate, count_behaviours
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.history import History
-from esp_trainer.analysis.watch import episodes, watch
+from esp_trainer.analysis.watch import episodes, watch_behaviours
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.reference import predprey_reference
 from esp_trainer.presets import preset
@@ -73,7 +73,7 @@ def test_episodes_are_the_generations_champions_from_the_same_starts(history: Hi
 
 
 def test_every_behaviour_has_a_rate_in_every_generation(history: History, evaluator: FusedEvaluator):
-    found = watch(history, evaluator, np.array([3, 0, 1]), n_episodes=N)
+    found = watch_behaviours(history, evaluator, np.array([3, 0, 1]), n_episodes=N)
     assert list(found) == [*BEHAVIOURS, "specialisation"]
     for name, rates in found.items():
         assert len(rates) == 3
@@ -89,14 +89,14 @@ def content(rates: dict[str, list[BehaviourRate]]) -> dict[str, list[str]]:
 
 
 def test_it_follows_from_its_seed(history: History, evaluator: FusedEvaluator):
-    found = [content(watch(history, evaluator, np.array([0, 3]), n_episodes=N, seed=s)) for s in (1, 1, 2)]
+    found = [content(watch_behaviours(history, evaluator, np.array([0, 3]), n_episodes=N, seed=s)) for s in (1, 1, 2)]
     assert found[0] == found[1]
     assert found[0] != found[2]
 
 
 def test_a_generation_is_seen_the_same_whoever_else_is_watched(history: History, evaluator: FusedEvaluator):
-    both = content(watch(history, evaluator, np.array([0, 3]), n_episodes=N))
-    last = content(watch(history, evaluator, np.array([3]), n_episodes=N))
+    both = content(watch_behaviours(history, evaluator, np.array([0, 3]), n_episodes=N))
+    last = content(watch_behaviours(history, evaluator, np.array([3]), n_episodes=N))
     assert {name: row[1:] for name, row in both.items()} == last
 
 
@@ -106,7 +106,7 @@ def test_another_seed_has_other_starts(history: History, evaluator: FusedEvaluat
 
 
 def test_rates_are_those_of_the_episodes(history: History, evaluator: FusedEvaluator):
-    found = watch(history, evaluator, np.array([3]), n_episodes=N)
+    found = watch_behaviours(history, evaluator, np.array([3]), n_episodes=N)
     _, paths = episodes(history, evaluator, 3, n_episodes=N)
     assert content(found) == {n: [repr(r)] for n, r in count_behaviours(paths, stream(0, "null", 3)).items()}
     seen = [name for name, detector in BEHAVIOURS.items() if not np.isnan(detector(paths)).all()]
@@ -118,7 +118,7 @@ def test_rates_are_those_of_the_episodes(history: History, evaluator: FusedEvalu
 def test_with_a_single_prey_what_takes_two_is_not_asked(evaluator: FusedEvaluator):
     config = SMOKE.replace(env=SMOKE.env.replace(n_prey=1), generations=1)
     one = FusedEvaluator(config.env, threads=1)
-    found = watch(History.evolve(config, one), one, np.array([0]), n_episodes=N)
+    found = watch_behaviours(History.evolve(config, one), one, np.array([0]), n_episodes=N)
     for name in ("herding", "scattering", "simultaneous capture"):
         assert np.isnan(found[name][0].rate)
         assert found[name][0].n == 0

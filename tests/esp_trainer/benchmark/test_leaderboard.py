@@ -138,7 +138,8 @@ def test_a_leaderboard_with_a_row_that_is_not_ours_is_refused_and_left_as_it_is(
 def test_names_are_kept_where_the_system_does_not_write_utf_8(board: Path, result: Make):
     """Such as on Windows: it is our file, and in UTF-8 wherever it is written."""
     append(board, result(name="Jäger"))
-    code = f"import pathlib; from esp_trainer.benchmark.leaderboard import read; read(pathlib.Path({str(board)!r}))"
+    read = "from esp_trainer.benchmark.leaderboard import read_leaderboard"
+    code = f"import pathlib; {read}; read_leaderboard(pathlib.{board!r})"
     plain = {**os.environ, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
     done = subprocess.run([sys.executable, "-c", code], env=plain, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from esp_trainer.benchmark.report import BenchmarkResult, save, table
+from esp_trainer.benchmark.report import BenchmarkResult, benchmark_table, save_benchmark
 from esp_trainer.cli.parser import make_parser
 
 Make = Callable[..., BenchmarkResult]
 
 
 def test_the_table_tells_each_meeting_and_what_all_say(result: Make):
-    assert table(result()).splitlines() == [
+    assert benchmark_table(result()).splitlines() == [
         "hunters: predators of 3v2, 64 episodes each from held-out starts (seed 5)",
         "",
         "held out                                caught [95% interval]           fitness  all caught after",
@@ -43,11 +43,11 @@ def test_the_table_tells_each_meeting_and_what_all_say(result: Make):
 
 
 def test_prey_are_told_by_what_is_not_caught(result: Make):
-    assert "held out       0.400 prey not caught, 0.400 against the worst tenth" in table(result(role="prey"))
+    assert "held out       0.400 prey not caught, 0.400 against the worst tenth" in benchmark_table(result(role="prey"))
 
 
 def test_one_that_did_not_come_through_says_so(result: Make):
-    lines = table(result(standing=None, rows=result().rows[:1])).splitlines()
+    lines = benchmark_table(result(standing=None, rows=result().rows[:1])).splitlines()
     assert lines[-1] == "it did not come through"
     assert not any("random" in line for line in lines)
 
@@ -60,7 +60,7 @@ def test_the_command_gives_the_same_again(result: Make):
 
 def test_equal_results_are_equal_files_and_others_are_not(result: Make, tmp_path: Path):
     for place, made in {"one": result(), "again": result(), "other": result(held_out=0.41)}.items():
-        save(made, tmp_path / place)
+        save_benchmark(made, tmp_path / place)
     files = sorted(path.name for path in (tmp_path / "one").iterdir())
     assert files == ["results.json", "scores.csv", "scores.png", "table.txt"]
     for name in files:
@@ -70,7 +70,7 @@ def test_equal_results_are_equal_files_and_others_are_not(result: Make, tmp_path
 
 
 def test_what_is_kept_can_be_read_back(result: Make, tmp_path: Path):
-    save(result(), tmp_path)
+    save_benchmark(result(), tmp_path)
     told = json.loads((tmp_path / "results.json").read_text())
     assert told["complete"] is True
     assert told["digest"] == "0123456789abcdef0123"
@@ -80,12 +80,12 @@ def test_what_is_kept_can_be_read_back(result: Make, tmp_path: Path):
         assert {row["opponent"]: float(row["caught"]) for row in csv.DictReader(file)} == {
             row["opponent"]: row["caught"]["rate"] for row in told["rows"]
         }
-    assert (tmp_path / "table.txt").read_text() == f"{table(result())}\n\n{result().command}\n"
+    assert (tmp_path / "table.txt").read_text() == f"{benchmark_table(result())}\n\n{result().command}\n"
 
 
 def test_part_of_a_way_is_kept_as_part_of_it(result: Make, tmp_path: Path):
-    save(result(standing=None, rows=result().rows[:2]), tmp_path / "some")
-    save(result(standing=None, rows=[]), tmp_path / "none")
+    save_benchmark(result(standing=None, rows=result().rows[:2]), tmp_path / "some")
+    save_benchmark(result(standing=None, rows=[]), tmp_path / "none")
     assert json.loads((tmp_path / "some/results.json").read_text())["complete"] is False
     assert len(json.loads((tmp_path / "some/results.json").read_text())["rows"]) == 2
     assert not (tmp_path / "none/scores.png").exists()
@@ -102,5 +102,5 @@ def test_the_command_is_understood_by_a_shell_and_by_us(spec: str, result: Make)
 
 def test_a_name_is_not_drawn_as_a_formula(result: Make, tmp_path: Path):
     """Which may be a wrong one: the figure comes last, after all the playing."""
-    save(result(name="$a^^$"), tmp_path)
+    save_benchmark(result(name="$a^^$"), tmp_path)
     assert (tmp_path / "scores.png").is_file()

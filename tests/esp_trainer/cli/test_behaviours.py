@@ -14,7 +14,7 @@ import pytest
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import over_seeds
-from esp_trainer.analysis.watch import watch
+from esp_trainer.analysis.watch import watch_behaviours
 from esp_trainer.cli import main
 from esp_trainer.evaluation.fused import FusedEvaluator
 
@@ -43,7 +43,7 @@ def rates_of(run: Path, generations: list[int]) -> np.ndarray:
     """Rate and rate by chance, ``(n_behaviours, n_generations, 2)``."""
     history = History.of_run(run)
     evaluator = FusedEvaluator(history.config.env, threads=1)
-    found = watch(history, evaluator, np.array(generations), n_episodes=EPISODES)
+    found = watch_behaviours(history, evaluator, np.array(generations), n_episodes=EPISODES)
     return np.array([[(rate.rate, rate.null) for rate in found[name]] for name in NAMES])
 
 

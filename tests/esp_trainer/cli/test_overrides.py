@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from esp_trainer.cli.overrides import describe, override
+from esp_trainer.cli.overrides import describe_fields, override
 from esp_trainer.config import RunConfig
 from esp_trainer.presets import PRESETS, preset
 from predprey_env.settings import field_names
@@ -157,7 +157,7 @@ def test_the_name_of_a_preset_cannot_be_given_to_other_settings() -> None:
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_description_names_every_field_with_its_value_and_meaning(name: str) -> None:
     config = preset(name)
-    text = describe(config)
+    text = describe_fields(config)
     described = _described(text)
     assert [field for field in described if field != "preset"] == CHOSEN
     for field in CHOSEN:
@@ -171,7 +171,7 @@ def test_a_description_names_every_field_with_its_value_and_meaning(name: str) -
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_description_can_be_typed_back(name: str) -> None:
     """Each value stands as the command line takes it."""
-    described = _described(describe(preset(name)))
+    described = _described(describe_fields(preset(name)))
     options = [text for field in CHOSEN for text in (f"--{field}", described[field])]
     typed = override(preset("paper-3v2"), options)
     assert {field: _get(typed, field) for field in CHOSEN} == {field: _get(preset(name), field) for field in CHOSEN}
@@ -181,7 +181,7 @@ def test_a_description_can_be_typed_back(name: str) -> None:
 def test_a_description_says_what_the_docstrings_say(section: str) -> None:
     """Quotes and apostrophes included."""
     config = getattr(preset("smoke"), section)
-    text = describe(preset("smoke"))
+    text = describe_fields(preset("smoke"))
     for field in type(config).model_fields.values():
         assert " ".join((field.description or "").split()) in text
 

@@ -255,7 +255,7 @@ def test_an_interrupt_ends_without_a_traceback(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(teams, "match", interrupt)
-    monkeypatch.setattr(replay, "play", interrupt)
+    monkeypatch.setattr(replay, "play_episode", interrupt)
     outcome = esp_trainer(command, predators, "--against", prey)
     assert outcome.code == 130
     assert len(outcome.err.splitlines()) <= 1

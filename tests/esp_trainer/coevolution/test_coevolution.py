@@ -13,7 +13,7 @@ from esp_trainer.coevolution import coevolution as module
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
-from esp_trainer.esp.team import as_candidates, in_every_trial, pick
+from esp_trainer.esp.team import as_candidates, gather_genomes, in_every_trial
 from esp_trainer.evaluation import fused
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.seeding import stream
@@ -46,7 +46,7 @@ class Spy(FusedEvaluator):
         sides = {"predators": batch.predators, "prey": batch.prey}
         self.teams.append(
             {
-                role: None if isinstance(side, ScriptedTeams) else pick(side, np.arange(len(side.indices)))
+                role: None if isinstance(side, ScriptedTeams) else gather_genomes(side, np.arange(len(side.indices)))
                 for role, side in sides.items()
             }
         )

@@ -10,7 +10,7 @@ import pytest
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
-from esp_trainer.esp.team import Team, pick
+from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig
@@ -75,7 +75,7 @@ def test_a_fixed_team_plays_in_every_episode_and_never_changes(fixed: Role, kind
     assert len(evaluator.batches) == 3 * 3  # trials, champions, held-out
     for batch in evaluator.batches:
         teams = getattr(batch, fixed)
-        assert (pick(teams, np.arange(len(batch.starts))) == before).all()
+        assert (gather_genomes(teams, np.arange(len(batch.starts))) == before).all()
     for generation in generations:
         assert list(generation.trials) == list(generation.champions) == [OTHER[fixed]]
 
@@ -123,7 +123,7 @@ def test_the_champion_is_the_contender_that_does_best_against_it(fixed: Role):
     for number, generation in enumerate(generations):
         batch, result = evaluator.batches[3 * number + 1], evaluator.results[3 * number + 1]
         assert batch.starts.shape[:2] == (3, 3 * 2)
-        contenders = pick(getattr(batch, role), np.arange(3))
+        contenders = gather_genomes(getattr(batch, role), np.arange(3))
         scores = result.fitness_of(role).mean(axis=(1, 2))
         champion = generation.champions[role]
         assert champion.score == scores.max()
@@ -197,7 +197,7 @@ def test_a_champion_of_one_run_can_be_the_fixed_side_of_another():
     evaluator = Spy(config.env)
     evolve(config, champion, "prey", 2, evaluator)
     assert np.array_equal(champion.genomes, kept)
-    assert all((pick(batch.prey, np.arange(len(batch.starts))) == kept).all() for batch in evaluator.batches)
+    assert all((gather_genomes(batch.prey, np.arange(len(batch.starts))) == kept).all() for batch in evaluator.batches)
 
 
 def test_a_fixed_team_learns_nothing_but_who_meets_it_does(fake_evaluator: Any):

@@ -13,7 +13,7 @@ from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.league import NO_LEAGUE, League, LeagueSource
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
-from esp_trainer.esp.team import pick
+from esp_trainer.esp.team import gather_genomes
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import DamagedFileError, digest_of_arrays
 from esp_trainer.types import ROLES, Role, TrialBatch, TrialResult
@@ -51,7 +51,7 @@ class Spy(FusedEvaluator):
         self.results: list[TrialResult] = []
 
     def evaluate(self, batch: TrialBatch) -> TrialResult:
-        self.teams.append({role: pick(getattr(batch, role), np.arange(len(batch.starts))) for role in ROLES})
+        self.teams.append({role: gather_genomes(getattr(batch, role), np.arange(len(batch.starts))) for role in ROLES})
         self.results.append(super().evaluate(batch))
         return self.results[-1]
 

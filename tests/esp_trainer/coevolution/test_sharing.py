@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from esp_trainer.coevolution.coevolution import Coevolution, Generation
-from esp_trainer.coevolution.sharing import share
+from esp_trainer.coevolution.sharing import share_fitness
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
@@ -44,14 +44,14 @@ def column(*fitness: float) -> np.ndarray:
 
 def test_those_who_beat_an_opponent_share_what_it_is_worth():
     """Opponent 3 is beaten twice, 5 once and 7 never: a win is worth a half, one and nothing."""
-    shared = share(column(1, 1, 0, 0, 1, 0), whole([3, 3, 3, 5, 5, 7]))
+    shared = share_fitness(column(1, 1, 0, 0, 1, 0), whole([3, 3, 3, 5, 5, 7]))
     np.testing.assert_allclose(shared, column(0.5, 0.5, 0, 0, 1, 0), rtol=1e-12)
 
 
 def test_a_win_that_nobody_else_has_is_worth_more_than_two_that_all_have():
     """Player A beats 1 and 2 as B and C do, and player D beats 3 alone; each is in three trials."""
     fitness = column(*[1, 1, 0] * 3, *[0, 0, 1])
-    shared = share(fitness, whole([1, 2, 3] * 4)).reshape(4, 3).mean(axis=1)
+    shared = share_fitness(fitness, whole([1, 2, 3] * 4)).reshape(4, 3).mean(axis=1)
     assert fitness.reshape(4, 3).mean(axis=1).argmax() == 0
     np.testing.assert_allclose(shared, [2 / 9, 2 / 9, 2 / 9, 1 / 3], rtol=1e-12)
 
@@ -59,7 +59,7 @@ def test_a_win_that_nobody_else_has_is_worth_more_than_two_that_all_have():
 @given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 100)), min_size=1, max_size=30))
 def test_against_whole_teams_each_gets_its_part_of_the_total(trials: list[tuple[int, int]]):
     met, earned = [team for team, _ in trials], np.array([score for _, score in trials], float)
-    shared = share(earned[:, None], whole(met))[:, 0]
+    shared = share_fitness(earned[:, None], whole(met))[:, 0]
     for team in set(met):
         own = np.array(met) == team
         total = earned[own].sum()
@@ -71,7 +71,7 @@ def test_against_whole_teams_each_gets_its_part_of_the_total(trials: list[tuple[
 
 def test_an_opponent_is_worth_the_mean_of_its_neurons():
     """Trials 0 and 1 share the first neuron, 0 and 2 the second, and the other two are each trial's own."""
-    shared = share(column(2, 6, 3), opponents([[1, 1, 1, 1], [1, 2, 2, 2], [3, 1, 3, 3]]))
+    shared = share_fitness(column(2, 6, 3), opponents([[1, 1, 1, 1], [1, 2, 2, 2], [3, 1, 3, 3]]))
     worths = [
         (1 / 8 + 1 / 5 + 1 / 2 + 1 / 2) / 4,
         (1 / 8 + 1 / 6 + 1 / 6 + 1 / 6) / 4,
@@ -81,7 +81,7 @@ def test_an_opponent_is_worth_the_mean_of_its_neurons():
 
 
 def test_neurons_of_the_same_number_in_other_places_are_other_neurons():
-    shared = share(column(1, 1), opponents([[0, 1, 2, 3], [1, 2, 3, 0]], size=4))
+    shared = share_fitness(column(1, 1), opponents([[0, 1, 2, 3], [1, 2, 3, 0]], size=4))
     assert shared.tolist() == [[1.0], [1.0]]
 
 
@@ -89,7 +89,7 @@ def test_neurons_of_the_same_number_in_other_places_are_other_neurons():
 def test_the_worth_of_drawn_teams_equals_a_plain_loop(size: int, n_neurons: int, seed: int):
     generator = np.random.default_rng(seed)
     met, earned = generator.integers(0, size, (20, n_neurons)), generator.integers(0, 5, 20).astype(float)
-    shared = share(earned[:, None], opponents(met, size))[:, 0]
+    shared = share_fitness(earned[:, None], opponents(met, size))[:, 0]
     for trial, team in enumerate(met):
         totals = [earned[met[:, place] == neuron].sum() for place, neuron in enumerate(team)]
         worth = np.mean([1 / total if total else 0.0 for total in totals])
@@ -98,7 +98,7 @@ def test_the_worth_of_drawn_teams_equals_a_plain_loop(size: int, n_neurons: int,
 
 def test_agents_keep_their_parts_of_what_their_team_earned():
     """What a team earned is the mean of its agents: 2 and 4 against the same opponent."""
-    shared = share(np.array([[1.0, 3.0], [4.0, 4.0]]), whole([6, 6]))
+    shared = share_fitness(np.array([[1.0, 3.0], [4.0, 4.0]]), whole([6, 6]))
     np.testing.assert_allclose(shared, [[1 / 6, 3 / 6], [4 / 6, 4 / 6]], rtol=1e-12)
 
 
@@ -106,13 +106,13 @@ def test_losses_count_as_nothing():
     """An environment of one's own may pay less than 0."""
     fitness = np.array([[-3.0, 5.0], [-1.0, -1.0], [2.0, 3.0]])
     before = fitness.copy()
-    shared = share(fitness, whole([6, 6, 6]))
+    shared = share_fitness(fitness, whole([6, 6, 6]))
     np.testing.assert_allclose(shared, [[0, 1], [0, 0], [0.4, 0.6]], rtol=1e-12)
     assert np.array_equal(fitness, before)
 
 
 def test_opponents_whom_nobody_beats_are_worth_nothing():
-    assert share(column(0, 0, -5), whole([1, 1, 2])).tolist() == [[0], [0], [0]]
+    assert share_fitness(column(0, 0, -5), whole([1, 1, 2])).tolist() == [[0], [0], [0]]
 
 
 # -- where there is nothing to share -----------------------------------------------------------------------------------
@@ -120,12 +120,12 @@ def test_opponents_whom_nobody_beats_are_worth_nothing():
 
 def test_against_a_script_fitness_is_what_it_was():
     fitness = np.array([[-3.0, 5.0], [0.5, 1e9]])
-    assert np.array_equal(share(fitness, ScriptedTeams("flee_nearest")), fitness)
+    assert np.array_equal(share_fitness(fitness, ScriptedTeams("flee_nearest")), fitness)
 
 
 @given(arrays(float, st.tuples(st.integers(1, 20), st.integers(1, 3)), elements=st.integers(0, 1000)))
 def test_against_one_team_in_all_trials_everything_is_in_proportion(fitness: np.ndarray):
-    shared = share(fitness, whole([4] * len(fitness)))
+    shared = share_fitness(fitness, whole([4] * len(fitness)))
     np.testing.assert_allclose(shared * fitness.mean(axis=1).sum(), fitness, rtol=1e-9)
 
 

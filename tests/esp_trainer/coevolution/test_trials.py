@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from esp_trainer.coevolution.sharing import share
-from esp_trainer.coevolution.trials import Part, by_block, centred, ranked, summarise
+from esp_trainer.coevolution.sharing import share_fitness
+from esp_trainer.coevolution.trials import Part, by_block, centred, ranked, summarise_trials
 from esp_trainer.config import EspConfig
 from esp_trainer.types import EvolvedTeams, ScriptedTeams, TrialResult
 
@@ -16,14 +16,14 @@ PAST = Part(np.array([[[9.0]], [[3.0]]]), np.array([[1.0], [0.5]]), 3 / 4, RANDO
 
 
 def test_trials_are_means_over_all_their_episodes():
-    trials = summarise([PRESENT, PAST], EspConfig())
+    trials = summarise_trials([PRESENT, PAST], EspConfig())
     assert trials.fitness.tolist() == [[5.0], [1.0]]
     assert trials.earned.tolist() == [[5.0], [1.0]]
     assert trials.payoff == 3 / 6
 
 
 def test_what_counts_in_a_block_is_the_difference_from_its_mean():
-    trials = summarise([PRESENT, PAST], EspConfig(block_size=2))
+    trials = summarise_trials([PRESENT, PAST], EspConfig(block_size=2))
     assert trials.fitness.tolist() == [[5.0], [1.0]]
     assert trials.earned.tolist() == [[2.0], [-2.0]]
 
@@ -76,8 +76,8 @@ def test_shares_are_weighted_by_the_episodes_of_their_parts():
     past = Part(
         np.array([[[1.0], [2.0]], [[3.0], [4.0]]]), np.zeros((2, 2)), 0.0, opponents, past=np.array([[0, 1], [0, 0]])
     )
-    each = share(np.array([[1.0], [2.0], [3.0], [4.0]]), opponents).ravel()
+    each = share_fitness(np.array([[1.0], [2.0], [3.0], [4.0]]), opponents).ravel()
     assert past.shared().ravel().tolist() == [each[:2].mean(), each[2:].mean()]
-    trials = summarise([PRESENT, past], EspConfig(fitness_sharing=True))
+    trials = summarise_trials([PRESENT, past], EspConfig(fitness_sharing=True))
     expected = (2 * np.array([3.0, 0.0]) + 2 * past.shared().ravel()) / 4  # of a script the fitness itself
     assert trials.earned.ravel() == pytest.approx(expected)

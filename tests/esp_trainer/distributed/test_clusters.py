@@ -48,7 +48,7 @@ def test_both_nodes_of_a_cluster_play_and_one_that_is_killed_costs_only_its_shar
     two_nodes: Any, processes: Any, play_and: Any, random_batch: Callable[..., TrialBatch]
 ) -> None:
     batch = random_batch(PAPER, 20_000, 6)
-    assert cluster.cores() == 2
+    assert cluster.cluster_cores() == 2
 
     def both_at_work() -> bool:
         return all(processes.at_work_on(node) for node in (two_nodes.first, two_nodes.second))
@@ -57,7 +57,7 @@ def test_both_nodes_of_a_cluster_play_and_one_that_is_killed_costs_only_its_shar
     expected = FusedEvaluator(PAPER.env).evaluate(batch)
     for name in ("fitness", "captured", "steps"):
         assert getattr(result, name).tobytes() == getattr(expected, name).tobytes()
-    processes.wait(lambda: cluster.cores() == 1)
+    processes.wait(lambda: cluster.cluster_cores() == 1)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.esp.network import draw, exponential, logistic, most_votes, vote
+from esp_trainer.esp.network import exponential, logistic, most_votes, sample_action, vote
 from esp_trainer.networks.controller import Controller
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.lanes import LANES, load, store
@@ -34,7 +34,7 @@ def _decide(controller: Any, weights: Any, seen: Any, inputs: Any, votes: Any, m
 
 @entry_point
 def _draw(controller: Any, votes: Any, memory: Any, action: Any) -> None:
-    store(action, 0, draw(controller, votes, memory, 0))
+    store(action, 0, sample_action(controller, votes, memory, 0))
 
 
 @entry_point

@@ -9,7 +9,7 @@ import pytest
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller
-from esp_trainer.esp.team import Team, as_candidates, pick
+from esp_trainer.esp.team import Team, as_candidates, gather_genomes
 from esp_trainer.teams.zoo import load_team, load_zoo
 from esp_trainer.types import EvolvedTeams
 
@@ -154,7 +154,7 @@ def test_a_team_can_play_every_trial_of_a_batch():
     one = who_always_chooses(3, 1)
     teams = one.as_teams(5)
     assert teams.indices.shape == (5, 2, 1, 1)
-    assert (pick(teams, np.arange(5)) == one.genomes).all()
+    assert (gather_genomes(teams, np.arange(5)) == one.genomes).all()
 
 
 def labelled_teams() -> EvolvedTeams:
@@ -168,7 +168,7 @@ def labelled_teams() -> EvolvedTeams:
 
 def test_pick_gives_each_place_the_candidate_that_its_trial_chose():
     teams = labelled_teams()
-    picked = pick(teams, np.array([4, 0, 4]))
+    picked = gather_genomes(teams, np.array([4, 0, 4]))
     assert picked.shape == (3, 2, 2, 3, 6)
     for row, trial in enumerate([4, 0, 4]):
         for agent, network, hidden in np.ndindex(2, 2, 3):
@@ -178,7 +178,7 @@ def test_pick_gives_each_place_the_candidate_that_its_trial_chose():
 
 def test_picked_genomes_are_copies():
     teams = labelled_teams()
-    picked = pick(teams, np.array([0]))
+    picked = gather_genomes(teams, np.array([0]))
     before = picked.copy()
     teams.genomes[:] = -1
     assert np.array_equal(picked, before)
@@ -186,9 +186,9 @@ def test_picked_genomes_are_copies():
 
 def test_whole_teams_laid_out_as_candidates_are_picked_back():
     teams = labelled_teams()
-    picked = pick(teams, np.arange(9))
+    picked = gather_genomes(teams, np.arange(9))
     candidates = as_candidates(picked)
     assert candidates.shape == (2, 2, 3, 9, 6)
     assert candidates.flags.c_contiguous
     indices = np.broadcast_to(np.arange(9)[:, None, None, None], (9, 2, 2, 3))
-    assert np.array_equal(pick(EvolvedTeams(teams.controller, candidates, indices), np.arange(9)), picked)
+    assert np.array_equal(gather_genomes(EvolvedTeams(teams.controller, candidates, indices), np.arange(9)), picked)

@@ -10,7 +10,7 @@ import pytest
 
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, wiring_for
-from esp_trainer.esp.team import Team, pick
+from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env import EnvConfig, TeamView, team_view, vector_env
 from predprey_env.agents import other_team
@@ -268,7 +268,7 @@ def test_a_team_of_every_kind_can_play_every_trial_of_a_batch(kind: str):
     team = random_team("predators", kind)
     teams = team.as_teams(5)
     assert teams.indices.shape == (5, *team.genomes.shape[:-1])
-    assert (pick(teams, np.arange(5)) == team.genomes).all()
+    assert (gather_genomes(teams, np.arange(5)) == team.genomes).all()
 
 
 @KIND

@@ -11,7 +11,7 @@ import pytest
 
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides
 from esp_trainer.config import RunConfig
-from esp_trainer.evaluation.lockstep import Job, play
+from esp_trainer.evaluation.lockstep import Job, play_job
 from esp_trainer.evaluation.other_game import GameEvaluator, check_repeats
 from esp_trainer.evaluation.reference import ReferenceEvaluator
 from esp_trainer.evaluation.seats import Squad
@@ -80,7 +80,7 @@ def test_the_number_of_copies_does_not_matter() -> None:
     outcomes = []
     for copies in (1, 3, 32):
         made: dict[int, Any] = {}
-        outcome = play(
+        outcome = play_job(
             game,
             Job(squads, batch.starts),
             lambda n, made=made: made.setdefault(n, make_environment(config.game)),

@@ -11,7 +11,7 @@ import pytest
 
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import EspConfig, RunConfig, SideConfig
-from esp_trainer.esp.team import Team, pick
+from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.exact.chances import chances, survivors, views
 from esp_trainer.exact.response import best_response, exploitability, exploitability_of
 from esp_trainer.exact.solution import solve
@@ -33,7 +33,7 @@ def team(role: Role, env: EnvConfig, **side: Any) -> Team:
     config = RunConfig(env=env, predators=settings, prey=settings, esp=EspConfig(subpopulation_size=8, hof_mates=0))
     population = new_sides(config)[role].algorithm  # type: ignore[union-attr]
     teams = population.draw(np.random.default_rng(3), 1)
-    return Team(role, settings, teams.controller, pick(teams, np.array([0]))[0])
+    return Team(role, settings, teams.controller, gather_genomes(teams, np.array([0]))[0])
 
 
 @pytest.mark.parametrize("role", ROLES)

@@ -15,7 +15,7 @@ from esp_trainer.config import RunConfig
 from esp_trainer.report.charts import charts
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.report.source import RunSource
-from esp_trainer.report.win_matrix import matrix
+from esp_trainer.report.win_matrix import win_matrix
 from esp_trainer.run.genealogy import Layout
 
 N = 30
@@ -40,7 +40,7 @@ def test_there_is_a_chart_of_all_that_is_known_and_of_nothing_else() -> None:
     assert set(figures(MeasuredRuns(source(0.5)))) == {"success", "signal", "diversity", "weights", "timings"}
     without = replace(source(0.5), spreads={}, seconds={}, history=None)
     assert set(figures(MeasuredRuns(without))) == {"success"}
-    assert matrix([MeasuredRuns(without)]) is None
+    assert win_matrix([MeasuredRuns(without)]) is None
 
 
 def test_what_an_older_log_does_not_tell_is_not_drawn() -> None:

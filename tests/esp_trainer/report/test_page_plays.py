@@ -112,7 +112,7 @@ def test_matches_networks_and_marks_are_the_trainers(name: str, blank_tab: Any) 
     history = History.evolve(config, evaluator)
     starts = evaluator.starts.held_out(stream(1, "page"), N_STARTS)
     generations = np.arange(len(history))
-    world, both = matches.world(env), matches.both(history, generations)
+    world, both = matches.world_for_page(env), matches.both(history, generations)
     found = blank_tab(PLAY, [world, both, starts[:, 0].tolist(), len(generations)])
     for generation in generations.tolist():
         trace, paths, captured = played_here(history, generation, starts)
@@ -173,7 +173,7 @@ def test_every_behaviour_is_marked_alike_where_it_is_seen(blank_tab: Any) -> Non
         _, trace = evaluator.play(batch)
         paths = Paths.of_trace(trace.cells[:, 0], env.n_predators, env.size, trace.caught_at[:, 0])
         both = {role: given(role, player, env) for role, player in zip(ROLES, players, strict=True)}
-        found = blank_tab(PLAY, [matches.world(env), both, starts[:, 0].tolist(), 1])
+        found = blank_tab(PLAY, [matches.world_for_page(env), both, starts[:, 0].tolist(), 1])
         assert_same_marks(found, paths)
         seen |= {name for match in found for name in match["found"]}
     assert seen == {name for name, detector in BEHAVIOURS.items() if detector.of_interaction}

@@ -14,11 +14,11 @@ from esp_trainer.analysis.progress import historical_progress
 from esp_trainer.presets import preset
 from esp_trainer.report.charts import charts
 from esp_trainer.report.measure import MeasuredRuns
-from esp_trainer.report.page import page
+from esp_trainer.report.page import run_page
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.story import story
 from esp_trainer.report.verdict import notable, verdict
-from esp_trainer.report.win_matrix import matrix
+from esp_trainer.report.win_matrix import win_matrix
 
 CURVES = {"payoff": np.linspace(-3, 9, 30), "steps": np.full(30, 25.0)}
 SOURCE = RunSource("run", Path("run"), preset("game"), 30, None, CURVES, {}, {}, ())
@@ -83,14 +83,14 @@ def test_the_charts_have_no_scale_of_fractions() -> None:
     assert [trace["name"] for trace in found["success"]["data"]] == ["payoff to the predators"]
     assert [trace["name"] for trace in found["master"]["data"]] == ["predators", "prey"]
     assert "range" not in found["master"]["layout"]["yaxis"]
-    told = matrix(measured)
+    told = win_matrix(measured)
     assert told is not None
     assert (told["bottom"], told["top"], told["words"]) == (-2.0, 8.0, "to the predators")
 
 
 def test_the_page_opens_without_a_player(open_page: Callable[..., Any], tmp_path: Path) -> None:
     file = tmp_path / "page.html"
-    file.write_text(page([run(8, 2)]), "utf-8")
+    file.write_text(run_page([run(8, 2)]), "utf-8")
     tab = open_page(file)
     tab.until("document.querySelector('#matrix .plot-container')")
     tab.assert_quiet()

@@ -111,7 +111,7 @@ def test_cells_of_a_large_torus_take_two_bytes() -> None:
     evaluator = FusedEvaluator(config.env)
     history = History.evolve(config, evaluator)
     start = np.array([[299, 0], [0, 299], [150, 150], [20, 30], [257, 256]])
-    (match,) = recorded.record(history, evaluator, [(0, 0, start)])
+    (match,) = recorded.record_matches(history, evaluator, [(0, 0, start)])
     assert "prey" not in match  # a script has no generation
     assert match["caught"] == [0, 0]
     cells = cells_of(match, 5, "<u2")

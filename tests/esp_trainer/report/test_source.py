@@ -15,7 +15,7 @@ from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
 from esp_trainer.cli import main
 from esp_trainer.files import DamagedFileError
-from esp_trainer.report.source import read
+from esp_trainer.report.source import read_source
 
 GENERATIONS = 24
 
@@ -25,7 +25,7 @@ def cut(file: Path) -> None:
 
 
 def test_a_whole_run_misses_nothing(run: Path) -> None:
-    source, history = read(run), History.of_run(run)
+    source, history = read_source(run), History.of_run(run)
     assert source.missing == ()
     assert source.history is not None
     assert len(source) == len(source.history) == GENERATIONS
@@ -37,7 +37,7 @@ def test_a_whole_run_misses_nothing(run: Path) -> None:
 
 
 def test_the_first_generations_are_those_of_the_whole(run: Path) -> None:
-    whole, part = read(run), read(run).first(10)
+    whole, part = read_source(run), read_source(run).first(10)
     assert len(part) == 10
     assert whole.history is not None
     assert part.history is not None
@@ -48,9 +48,9 @@ def test_the_first_generations_are_those_of_the_whole(run: Path) -> None:
 
 @pytest.mark.parametrize("harm", [Path.unlink, cut])
 def test_without_its_checkpoint_a_run_still_has_its_champions(run: Path, harm: Callable[[Path], None]) -> None:
-    expected = read(run)
+    expected = read_source(run)
     harm(run / "checkpoint.safetensors")
-    source = read(run)
+    source = read_source(run)
     assert source.history is not None
     assert expected.history is not None
     for role, champions in expected.history.champions.items():
@@ -61,7 +61,7 @@ def test_without_its_checkpoint_a_run_still_has_its_champions(run: Path, harm: C
 def test_champions_go_as_far_as_they_are_whole(run: Path) -> None:
     (run / "checkpoint.safetensors").unlink()
     cut(run / "champions/prey-00017.safetensors")
-    source = read(run)
+    source = read_source(run)
     assert len(source) == 17
     assert len(source.curves["caught"]) == 17
     (line,) = source.missing
@@ -73,7 +73,7 @@ def test_a_run_without_champions_has_its_curves(run: Path) -> None:
     (run / "checkpoint.safetensors").unlink()
     for file in (run / "champions").iterdir():
         file.unlink()
-    source = read(run)
+    source = read_source(run)
     assert source.history is None
     assert len(source) == GENERATIONS
     assert source.missing == ("champions holds no predators: no match can be played.",)
@@ -81,7 +81,7 @@ def test_a_run_without_champions_has_its_curves(run: Path) -> None:
 
 def test_a_run_without_its_log_has_its_champions(run: Path) -> None:
     (run / "metrics.jsonl").unlink()
-    source = read(run)
+    source = read_source(run)
     assert source.curves == {}
     assert source.spreads == {}
     assert source.history is not None
@@ -107,7 +107,7 @@ def test_a_log_counts_up_to_its_first_line_that_is_damaged(
 ) -> None:
     log = run / "metrics.jsonl"
     log.write_text("\n".join(harm(log.read_text().splitlines())) + "\n")
-    source = read(run)
+    source = read_source(run)
     assert len(source) == kept
     assert source.missing == (f"metrics.jsonl is damaged: its line {kept + 1} and those after it are left out.",)
 
@@ -115,7 +115,7 @@ def test_a_log_counts_up_to_its_first_line_that_is_damaged(
 def test_a_log_that_is_damaged_from_the_start_is_none(run: Path) -> None:
     log = run / "metrics.jsonl"
     log.write_text("\n".join(swapped(log.read_text().splitlines())) + "\n")
-    source = read(run)
+    source = read_source(run)
     assert source.curves == {}
     assert len(source) == GENERATIONS
 
@@ -127,7 +127,7 @@ def test_a_log_from_before_signals_were_told_still_tells_of_diversity(run: Path)
         for told in line["subpopulations"].values():
             del told["signal"], told["ties"]
     log.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    source = read(run)
+    source = read_source(run)
     assert source.missing == ()
     assert not np.isnan(source.spreads["prey"][:, :2]).any()
     assert np.isnan(source.spreads["prey"][:, 2:]).all()
@@ -139,7 +139,7 @@ def test_an_older_log_says_nothing_of_diversity(run: Path) -> None:
     log.write_text(
         "".join(json.dumps({k: v for k, v in line.items() if k != "subpopulations"}) + "\n" for line in lines)
     )
-    source = read(run)
+    source = read_source(run)
     assert source.spreads == {}
     assert len(source) == GENERATIONS
     assert source.missing == (
@@ -152,7 +152,7 @@ def test_an_older_log_says_nothing_of_diversity(run: Path) -> None:
 )
 def test_timings_may_be_lost(run: Path, harm: Any) -> None:
     harm(run / "timing.jsonl")
-    source = read(run)
+    source = read_source(run)
     assert source.missing == ("timing.jsonl cannot be read: no timings.",) or source.seconds == {}
     assert len(source) == GENERATIONS
 
@@ -163,16 +163,16 @@ def test_a_run_that_has_just_begun_says_so(run: Path) -> None:
         file.unlink()
     (run / "metrics.jsonl").write_text("")
     with pytest.raises(ValueError, match="has no generation yet: there is nothing to show"):
-        read(run)
+        read_source(run)
 
 
 def test_what_is_no_run_or_of_another_schema_is_refused(run: Path, tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="holds no run"):
-        read(tmp_path / "nowhere")
+        read_source(tmp_path / "nowhere")
     config = run / "config.json"
     config.write_text(config.read_text().replace('"schema": 1', '"schema": 0'))
     with pytest.raises(DamagedFileError, match="schema must be 1, got 0"):
-        read(run)
+        read_source(run)
 
 
 def test_a_generation_without_its_timing_is_drawn_as_its_neighbours(run: Path) -> None:
@@ -180,7 +180,7 @@ def test_a_generation_without_its_timing_is_drawn_as_its_neighbours(run: Path) -
     log = run / "timing.jsonl"
     lines = [{"generation": number, "trials": number**2, "files": 1} for number in range(GENERATIONS)]
     log.write_text("".join(json.dumps(line) + "\n" for line in (*lines[:3], *lines[4:-1])))
-    source = read(run)
+    source = read_source(run)
     assert source.missing == (
         f"timing.jsonl lacks 2 of {GENERATIONS} generations: they are drawn as their neighbours.",
     )
@@ -196,8 +196,8 @@ def with_genealogy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_genealogy_is_read_where_it_was_kept(run: Path, with_genealogy: Path) -> None:
-    assert read(run).genealogies == {}
-    source = read(with_genealogy)
+    assert read_source(run).genealogies == {}
+    source = read_source(with_genealogy)
     assert source.missing == ()
     for role, whole in of_run(with_genealogy).items():
         assert (source.genealogies[role].founders == whole.founders).all()
@@ -215,7 +215,7 @@ def test_a_genealogy_is_read_where_it_was_kept(run: Path, with_genealogy: Path) 
 def test_a_damaged_genealogy_is_left_out(harm: Any, says: str, with_genealogy: Path, tmp_path: Path) -> None:
     copy = Path(shutil.copytree(with_genealogy, tmp_path / "copy"))
     harm(copy / "genealogy/prey.bin")
-    source = read(copy)
+    source = read_source(copy)
     assert source.genealogies == {}
     (line,) = source.missing
     assert says in line

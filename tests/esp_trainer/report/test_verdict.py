@@ -14,7 +14,7 @@ from esp_trainer.analysis.progress import historical_progress
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.report.source import RunSource
-from esp_trainer.report.verdict import caught_in_words, in_words, verdict
+from esp_trainer.report.verdict import caught_in_words, fraction_in_words, verdict
 
 N = 12
 
@@ -124,7 +124,7 @@ def test_a_short_run_has_no_winner_and_no_progress() -> None:
 
 
 def test_fractions_are_told_in_words() -> None:
-    assert [in_words(x) for x in (0.0, 0.03, 0.3, 0.4, 0.61, 0.68, 0.99)] == [
+    assert [fraction_in_words(x) for x in (0.0, 0.03, 0.3, 0.4, 0.61, 0.68, 0.99)] == [
         "nearly no",
         "about 1 in 50",
         "about 1 in 3",

@@ -15,7 +15,7 @@ from esp_trainer.esp.subpopulations import Subpopulations
 from esp_trainer.files import DamagedFileError
 from esp_trainer.presets import preset
 from esp_trainer.run.directory import Log, RunDirectory
-from esp_trainer.run.genealogy import Layout, read
+from esp_trainer.run.genealogy import Layout, read_genealogy
 from esp_trainer.types import ROLES
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def test_records_hold_what_was_bred(kept: RunConfig, tmp_path: Path, start: Any)
         bred = generation.bred["prey"]
         records.append({**bred.parents._asdict(), "champion": bred.champion, "burst": bred.burst})
     assert layout == Layout((6,) * 12, size=8, n_elite=2, hof_mates=1)
-    found, read_back = read(tmp_path / "genealogy/prey.bin")
+    found, read_back = read_genealogy(tmp_path / "genealogy/prey.bin")
     assert found == layout
     assert len(read_back) == 6
     for name in records[0]:

@@ -28,7 +28,7 @@ from esp_trainer.run.directory import RunDirectory
 from esp_trainer.sweep.local import LocalPool, _Warned
 from esp_trainer.sweep.plan import read_plan
 from esp_trainer.sweep.pool import Work
-from esp_trainer.sweep.results import is_whole, result_of, table
+from esp_trainer.sweep.results import is_whole, result_of, sweep_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -407,4 +407,4 @@ def test_figures_are_means_over_the_last_twenty_generations(declared: Any, tmp_p
     assert result.figures == {"caught": 0.5, "predators_succeed": 0.5, "prey_succeed": 0.5}
     assert result.generations == 30
     assert not result.whole  # there is no checkpoint
-    assert table([replace(result, whole=True)])[1].split() == [run.cell, "1/1", "0.500", "0.500", "0.500"]
+    assert sweep_table([replace(result, whole=True)])[1].split() == [run.cell, "1/1", "0.500", "0.500", "0.500"]
