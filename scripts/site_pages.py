@@ -34,6 +34,9 @@ PLACES = PAGES | {
 }
 """File of the repository -> page of the site that a link to it leads to."""
 SHOWN = {page: file for file, page in PAGES.items()}
+PRE = re.compile(r"(<pre.*?</pre>)", re.DOTALL)
+INTERVAL = re.compile(r"(?<=\d) (?=\[[+-]?[\d.]+, )|(?<=\d,) (?=[+-]?[\d.]+\])|(?<=\], p) (?=[\d<])")
+"""Spaces of a figure with its interval and p."""
 LINK = re.compile(r"^ *```.*?^ *```|`[^`\n]*`|(?P<open>\]\(|src=\")(?P<to>[^)\s\"#]+)", re.MULTILINE | re.DOTALL)
 
 
@@ -66,6 +69,13 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
         return link["open"] + posixpath.relpath(place[1], posixpath.dirname(page.file.src_uri) or ".")
 
     return LINK.sub(turned, markdown)
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Keep a figure, its interval and its p on one line, as in ``0.54 [0.49, 0.59], p 0.02``."""
+    parts = PRE.split(html)
+    parts[::2] = [INTERVAL.sub("\N{NO-BREAK SPACE}", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 def _place(page: str, link: str | None) -> tuple[str, str] | None:

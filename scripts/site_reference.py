@@ -22,12 +22,16 @@ PUBLIC = (
     *("predprey_env", "predprey_env.policies", "predprey_env.jit", "predprey_env.rendering", "predprey_env.sb3"),
     *("esp_trainer", "esp_trainer.algorithms", "esp_trainer.networks"),
 )
+ABOUT_COMMANDS = """\
+The commands of `esp-trainer` and their options; `esp-trainer COMMAND --help` prints the same.
+[Train teams](../training.md), [Analyse runs](../analysis.md) and [Measure a policy](../measure.md) show them at work."""
 ABOUT_FIELDS = """\
 The fields of `RunConfig`. Any of them is an option of `esp-trainer train`, as in `--esp.n_trials 500`, and a line of
 `[fields]` in a sweep's file. The fields of `env` are also arguments of every form of the environment."""
 ABOUT_PRESETS = """\
 `esp-trainer train NAME` starts a run of a preset, or of the recommended preset of a task; `esp-trainer presets NAME`
 prints all its fields. `task="NAME"` makes any form of the environment."""
+DOCUMENT, LINKED = re.compile(r"docs/([\w-]+\.md)"), r"[docs/\1](../\1)"
 ROLE = re.compile(r":\w+:`~?(?:[\w.]*\.(?=\w+`))?(\w+)`|(::)(?=\n\n|$)")
 
 
@@ -47,11 +51,14 @@ def _pages() -> Iterator[tuple[str, Iterable[str]]]:
     )  # PettingZoo's docstrings skip a level
     for module in PUBLIC:
         yield module, [f"# {module}", f"::: {module}"]
-    yield "command-line", ["# Command line", *_commands(make_parser())]
+    yield "command-line", ["# Command line", ABOUT_COMMANDS, *_commands(make_parser())]
     yield "config", ["# Config fields", ABOUT_FIELDS, *_fields(RunConfig, "")]
-    presets = [f"| `{name}` | {about} | {config.generations:,} |" for name, (about, config) in PRESETS.items()]
+    presets = [
+        f"| `{name}` | {DOCUMENT.sub(LINKED, about)} | {config.generations:,} |"
+        for name, (about, config) in PRESETS.items()
+    ]
     tasks = [f"| `{name}` | {task.about} | {task.world.changes} |" for name, task in TASKS.items()]
-    tables = _table("preset", "what it is", "generations", rows=presets), _table("task", "for", "world", rows=tasks)
+    tables = _table("preset", "what it is", "generations:", rows=presets), _table("task", "for", "world", rows=tasks)
     yield "presets", ["# Presets and tasks", ABOUT_PRESETS, *tables]
 
 
@@ -59,7 +66,8 @@ def _commands(parser: argparse.ArgumentParser) -> Iterator[str]:
     """Yield a section for each command, with its options."""
     (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
     for name, command in commands.choices.items():
-        options = {_written(action): action for action in command._actions if action.dest != "help"}
+        actions = sorted(command._actions, key=lambda action: (bool(action.option_strings), not action.required))
+        options = {_written(action): action for action in actions if action.dest != "help"}
         needed = [text for text, action in options.items() if action.required]
         yield f"## {name}\n\n{command.description[:1].upper()}{command.description[1:]}."
         yield f"```bash\n{' '.join([command.prog, *needed])} ...\n```"
@@ -92,7 +100,9 @@ def _fields(model: type[BaseModel], prefix: str) -> Iterator[str]:
 
 
 def _table(*names: str, rows: Iterable[str]) -> str:
-    return "\n".join([f"| {' | '.join(names)} |", "| --- " * len(names) + "|", *rows])
+    """Return a table. A column whose name ends in a colon is aligned to the right."""
+    lines = "".join("| ---: " if name.endswith(":") else "| --- " for name in names)
+    return "\n".join([f"| {' | '.join(name.rstrip(':') for name in names)} |", f"{lines}|", *rows])
 
 
 def _plain(docstring: str) -> str:
@@ -101,12 +111,18 @@ def _plain(docstring: str) -> str:
 
 
 class Roles(griffe.Extension):
-    """Docstrings as Markdown, before they are rendered."""
+    """Docstrings as Markdown, before they are rendered, and classes without what ``__init__`` merely keeps."""
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Rewrite the docstring of an object that was just read."""
         if obj.docstring:
             obj.docstring.value = _plain(obj.docstring.value)
+
+    def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:
+        """Leave out attributes that have neither a docstring nor a type."""
+        for name, member in list(cls.members.items()):
+            if isinstance(member, griffe.Attribute) and not member.docstring and not member.annotation:
+                cls.del_member(name)
 
     def on_package(self, *, pkg: griffe.Module, **_: Any) -> None:
         """Rewrite the docstring of a package."""

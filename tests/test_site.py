@@ -92,6 +92,22 @@ def test_the_reference_has_every_command_field_preset_and_task(site: Path) -> No
     assert "Version history" in (site / "reference/predprey_v0.html").read_text()
 
 
+def test_the_reference_names_arguments_first_and_leaves_out_what_says_nothing(site: Path) -> None:
+    rows = (site / "reference/command-line.html").read_text().partition('<h2 id="evaluate"')[2]
+    assert re.findall(r"<tr>\n<td><code>(.+?)</code>", rows)[:3] == ["TEAM", "--against TEAM", "--episodes N"]
+    reference = (site / "reference/esp_trainer.html").read_text()
+    assert 'id="esp_trainer.Coevolution.step"' in reference
+    assert 'id="esp_trainer.Coevolution.sides"' not in reference
+    assert 'href="../race.html">docs/race.md</a>' in (site / "reference/presets.html").read_text()
+
+
+def test_a_figure_its_interval_and_its_p_stay_on_one_line(site: Path) -> None:
+    text = (site / "race.html").read_text()
+    assert "\N{NO-BREAK SPACE}[" in text
+    assert "], p\N{NO-BREAK SPACE}0" in text
+    assert not re.search(r"\d \[[+-]?[\d.]+, |\], p \d", text.partition("<article")[2])
+
+
 def test_docstrings_are_shown_without_the_marks_of_another_language(site: Path) -> None:
     for file in (site / "reference").glob("*.html"):
         assert not re.search(r":(class|func|meth|mod|data|attr):|::</p>", file.read_text()), file.name

@@ -56,13 +56,13 @@ def write_leaderboard(path: Path, tables: Mapping[str, Sequence[str]]) -> None:
 
 
 def _answer(tables: Mapping[str, Sequence[str]]) -> str:
-    """Return a sentence for each task: how well its best predators and prey do, beside scripts."""
+    """Return an item of a list for each task: how well its best predators and prey do, beside scripts."""
     clauses: dict[str, list[str]] = {}
     for title in sorted(tables):
         task, _, role = title.partition(", ")
         if tables[title] and role in SCRIPTS:
             clauses.setdefault(task, []).append(_clause(tables[title], role))
-    return " ".join(f"On `{task}` {', and '.join(both)}." for task, both in clauses.items())
+    return "\n".join(f"- On `{task}` {', and '.join(both)}." for task, both in clauses.items())
 
 
 def _clause(rows: Sequence[str], role: Role) -> str:
@@ -83,8 +83,8 @@ def read_leaderboard(path: Path) -> dict[str, list[str]]:
     """
     text = path.read_bytes().decode() if path.exists() else _TITLE + _INTRODUCTION
     answer, introduction, rest = text.partition(_INTRODUCTION)
-    # An older release wrote no answer.
-    if not introduction or not re.fullmatch(rf"{_TITLE}(On `\w+` the best .+\n\n)?", answer):
+    # Older releases wrote no answer, or one line of it.
+    if not introduction or not re.fullmatch(rf"{_TITLE}(((- )?On `\w+` the best .+\n)+\n)?", answer):
         raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
     before, *parts = re.split(r"^## (.+)$", rest, flags=re.MULTILINE)
     tables: dict[str, list[str]] = {}
