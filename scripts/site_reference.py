@@ -24,7 +24,8 @@ PUBLIC = (
 )
 ABOUT_COMMANDS = """\
 The commands of `esp-trainer` and their options; `esp-trainer COMMAND --help` prints the same.
-[Train teams](../training.md), [Analyse runs](../analysis.md) and [Measure a policy](../measure.md) show them at work."""
+[Train teams](../training.md), [Analyse runs](../analysis.md) and
+[Measure a policy](../measure.md) show them at work."""
 ABOUT_FIELDS = """\
 The fields of `RunConfig`. Any of them is an option of `esp-trainer train`, as in `--esp.n_trials 500`, and a line of
 `[fields]` in a sweep's file. The fields of `env` are also arguments of every form of the environment."""

@@ -140,7 +140,7 @@ def payoff_matrix(
     top: float = 1.0,
     bottom: float = 0.0,
     name: str = "caught",
-    words: str = "share of prey caught",
+    words: str = "fraction of prey caught",
 ) -> dict[str, np.ndarray]:
     """Draw payoffs to the predators, ``(G, H)``, as the CIAO plot of both sides (Cliff & Miller 1995).
 

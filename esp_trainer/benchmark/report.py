@@ -106,7 +106,7 @@ def _draw(result: BenchmarkResult, path: Path) -> None:
         ends = np.abs(np.array([(rate.low, rate.high) for rate in rates]).reshape(-1, 2).T - means)
         colour, marker = plots.COLOURS[number], "osD^"[number]
         axes.errorbar(means, at, xerr=ends, fmt=marker, color=colour, markersize=4, linewidth=1, label=part)
-    axes.set(yticks=range(len(rows)), xlim=(-0.02, 1.02), xlabel="share of prey caught")
+    axes.set(yticks=range(len(rows)), xlim=(-0.02, 1.02), xlabel="fraction of prey caught")
     axes.set_yticklabels([row.opponent for row in rows], fontsize=7)
     axes.set_title(f"{result.name}, {result.role} of {result.task}", parse_math=False)
     axes.margins(y=0.01)

@@ -63,7 +63,7 @@ def _tell(run: Path, history: History, own: Played, met: dict[Role, list[np.ndar
         print(f"  {what}, from early to late   {' '.join(f'{share:z.2f}' for share in some)}")
         return
     corners, both = progress.early_late(payoff, total), progress.historical_progress(payoff, total)
-    what = "share of prey caught" if captures else "payoff to the predators"
+    what = "fraction of prey caught" if captures else "payoff to the predators"
     print(f"  {payoff.shape[0]} x {payoff.shape[1]} generations, {counted(own.n_episodes, 'episode')} each; {what}:")
     print(f"    {'':18}early prey   late prey")
     print(f"    early predators   {corners.early_hunt_early:z10.2f}  {corners.early_hunt_late:z10.2f}")
@@ -122,7 +122,7 @@ def _progress(both: Sides[Progress]) -> str:
 
 def _draw(place: Path, name: str, history: History, own: Played) -> None:
     payoff, captures = own.payoff, isinstance(own, CrossPlay)
-    name_of, what = ("caught", "share of prey caught") if captures else ("payoff", "payoff to the predators")
+    name_of, what = ("caught", "fraction of prey caught") if captures else ("payoff", "payoff to the predators")
     figure, (axes,) = plots.panels(1, width=4.6, height=3.9)
     bottom, top = (0.0, max(0.5, float(payoff.max()))) if captures else (float(payoff.min()), float(payoff.max()))
     data = plots.payoff_matrix(figure, axes, own.predators, own.prey, payoff, top, bottom, name_of, what)
@@ -133,7 +133,9 @@ def _draw(place: Path, name: str, history: History, own: Played) -> None:
     curve = history.payoff
     said = "prey caught" if captures else what
     drawn = plots.curve(axes, np.arange(len(curve)), curve[None], f"{said}, 15 generations' mean", 0, window=15)
-    axes.set(xlabel="generation", ylabel="share of prey" if captures else "payoff", title="champion against champion")
+    axes.set(
+        xlabel="generation", ylabel="fraction of prey" if captures else "payoff", title="champion against champion"
+    )
     if captures:
         axes.set_ylim(0, 1)
     plots.save(figure, place / f"{name}-success.png", {"generation": np.arange(len(curve)), name_of: curve, **drawn})

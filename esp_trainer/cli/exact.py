@@ -33,7 +33,7 @@ def solve(config: EnvConfig, out: Path | None) -> int:
     _promise_memory(memory_needed(config, horizon))
     _promise_time(seconds_to_solve(config, horizon))
     solution = _solved(config)
-    print(f"{_words(config)}, both sides playing optimally: the share of prey caught")
+    print(f"{_words(config)}, both sides playing optimally: the fraction of prey caught")
     _tell_heads(by_parity(solution, horizon)[1])
     print("  within steps")
     for steps in sorted({*range(1, horizon, max(1, horizon // 10)), horizon}):
@@ -63,7 +63,7 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
         for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - only the last values are used
             bar.update()
     found = exploitability_from(values, role, solution, horizon)
-    print(f"{spec}, {role} on {_words(config)}: the share of prey caught")
+    print(f"{spec}, {role} on {_words(config)}: the fraction of prey caught")
     _tell_heads(found.optimal_by_even)
     _tell("when both sides play optimally", found.optimal, found.optimal_by_even)
     _tell("against the best response to this policy", found.exploited, found.exploited_by_even)

@@ -117,8 +117,8 @@ def _success(runs: Sequence[MeasuredRuns]) -> Figure:
     return {
         "id": "success",
         "title": "Success, champion against champion",
-        "caption": f"Means over {WINDOW} generations, from held-out starts.{changes} It moves with the opponent, so "
-        "it cannot say who became better.",
+        "caption": f"Means over {WINDOW} generations, from held-out starts.{changes} The opponent changes too, so "
+        "this cannot show who became better.",
         "data": data,
         "layout": layout,
     }

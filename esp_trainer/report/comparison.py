@@ -33,13 +33,13 @@ _PANELS = {
     SCRIPTED: ("Level against scripts", f"All scripts of the other side. {_LEVEL}"),
 }
 _ABOUT_SUCCESS = (
-    f"It moves with the opponent, so it cannot say who became better. Lines: means over {_WINDOW} generations. Dots: "
+    f"The opponent changes too, so this cannot show who became better. Lines: means over {_WINDOW} generations. Dots: "
     "the last third of each seed."
 )
 _ABOUT_SIGNAL = (
     "Fraction of the variance of neuron fitness that is not sampling noise, mean over the run. A few percent are usual."
 )
-_RESULTS: dict[Role, str] = {"predators": "share of prey caught", "prey": "share of prey not caught"}
+_RESULTS: dict[Role, str] = {"predators": "fraction of prey caught", "prey": "fraction of prey not caught"}
 _PAYOFF = "payoff"
 
 
@@ -83,10 +83,12 @@ def comparison_page(title: str, conditions: Sequence[Condition], tables: Sequenc
 
 def _told(*, captures: bool) -> list[tuple[str, str, list[_Measure]]]:
     """Return title, explanation and measures of each section."""
-    axis, name = ("share of prey caught", "caught") if captures else (f"{_PAYOFF} to predators", "payoff")
+    axis, name = ("fraction of prey caught", "caught") if captures else (f"{_PAYOFF} to predators", "payoff")
     success = _Measure("Both sides", axis, _success, name)
     names = tuple(f"{role}_signal" for role in ROLES)
-    signals = [_Measure(role.capitalize(), "share", None, name, names) for role, name in zip(ROLES, names, strict=True)]
+    signals = [
+        _Measure(role.capitalize(), "fraction", None, name, names) for role, name in zip(ROLES, names, strict=True)
+    ]
     return [
         *(
             (title, words, [_against(role, panel, captures=captures) for role in ROLES])

@@ -60,7 +60,7 @@ def tables(conditions: Sequence[Condition], baseline: Condition) -> list[Table]:
 
 def _means(conditions: Sequence[Condition], role: Role, measures: Sequence[str]) -> Table:
     """Return a table with a row for each condition."""
-    result = "share of prey caught" if role == "predators" else "share of prey not caught"
+    result = "fraction of prey caught" if role == "predators" else "fraction of prey not caught"
     result = result if conditions[0].runs[0].captures else "payoff"
     rows = [
         (each.name, str(len(each.runs)), *(summary(each.known(measure)) for measure in measures)) for each in conditions
@@ -111,7 +111,7 @@ def notes_on(conditions: Sequence[Condition], baseline: Condition) -> list[str]:
     few = [each.name for each in conditions if len(each.runs) < MIN_SEEDS]
     if few:
         found.append(
-            f"Of fewer than {MIN_SEEDS} seeds only means are told, without intervals and tests: {'; '.join(few)}."
+            f"Of fewer than {MIN_SEEDS} seeds only means are shown, without intervals and tests: {'; '.join(few)}."
         )
     return [*found, *_powerless(conditions, baseline)]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.phases import Phase
-from esp_trainer.report.measure import REPORTED_BEHAVIOURS, SEEN, MeasuredRuns, Watched, why_undated
+from esp_trainer.report.measure import REPORTED_BEHAVIOURS, SEEN, MeasuredRuns, Watched
 
 PHASES = 6
 """Maximum number of phases that are shown."""
@@ -40,17 +40,16 @@ def of_phases(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
 
 
 def why_no_phases(runs: Sequence[MeasuredRuns]) -> str:
-    """Return the reason why :func:`of_phases` returns no moment, or why it does not return all; empty if it does."""
+    """Return the reason why :func:`of_phases` does not return a moment of each phase; empty if it does.
+
+    It is empty too for runs without phases, as the story says so.
+    """
     shown = len(of_phases(runs))
     n_phases = max((len(run.phases) for run in runs), default=0)
     if shown:
         first = next(len(run.phases) for run in runs if run.watched and len(run.phases) > 1)
         return f"Of {first} phases, those with a behaviour of their own are shown." if first > shown else ""
-    if n_phases == 0:
-        return f"Nothing can be said of phases: {why_undated(runs)}."
-    if n_phases == 1:
-        return "There are no phases: success stays at one level."
-    return "Phases have no pictures: none has a behaviour of its own."
+    return "Phases have no pictures: none has a behaviour of its own." if n_phases > 1 else ""
 
 
 def _inside(watched: Watched, phase: Phase) -> np.ndarray:

@@ -28,7 +28,7 @@ class Curves(Kept):
     steps: np.ndarray
     """float64 ``(n, POINTS)``: of agents."""
     caught: np.ndarray
-    """float64 ``(n, POINTS)``: share of prey, against the opponents of the training."""
+    """float64 ``(n, POINTS)``: fraction of prey, against the opponents of the training."""
 
 
 def gather(contestants: Iterable[TeamKind], place: Path) -> Curves:
@@ -63,6 +63,8 @@ def draw(curves: Curves, path: Path) -> None:
             drawn = plots.curve(panel, steps, curves.caught[runs], name, number)
             data |= {f"{name}, {role}: million steps": steps}
             data |= {f"{name}, {role}: {part}": values for part, values in drawn.items()}
-        panel.set(title=f"{role} learn", xlabel="million steps of agents", ylabel="share of prey caught", ylim=(0, 1))
+        panel.set(
+            title=f"{role} learn", xlabel="million steps of agents", ylabel="fraction of prey caught", ylim=(0, 1)
+        )
         plots.legend(panel)
     plots.save(figure, path, data)

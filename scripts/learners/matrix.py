@@ -46,7 +46,7 @@ class Matrix(Kept):
     prey: np.ndarray
     """str ``(Q,)``: likewise for the columns."""
     caught: np.ndarray
-    """float64 ``(P, Q)``: share of prey caught."""
+    """float64 ``(P, Q)``: fraction of prey caught."""
     predators_held_out: np.ndarray
     """float64 ``(P, H)``: the same against the held-out prey of the zoo."""
     prey_held_out: np.ndarray

@@ -161,7 +161,7 @@ def _draw(cells: Cells, rows: list[str], columns: list[str], place: Path) -> Non
     axes.set_yticklabels(rows)
     axes.set_xticklabels(columns, rotation=40, ha="right")
     axes.invert_yaxis()
-    figure.colorbar(image, ax=axes, label="share of prey caught", shrink=0.8)
+    figure.colorbar(image, ax=axes, label="fraction of prey caught", shrink=0.8)
     names = ("predators", "prey", "caught", "low", "high")
     data = zip(*[(p, q, *known) for (p, q), known in cells.items()], strict=True)
     plots.save(figure, place / "matrix.png", dict(zip(names, data, strict=True)))

@@ -32,7 +32,7 @@ def success(results: All, place: Path) -> None:
                 x = np.arange(caught.shape[1])
                 drawn = plots.curve(panel, x, caught, label, number, window=WINDOW)
                 data |= {"generation": x} | {f"{arm}: {name}": values for name, values in drawn.items()}
-        panel.set(title=task, xlabel="generation", ylabel="share of prey caught", ylim=(0, 1))
+        panel.set(title=task, xlabel="generation", ylabel="fraction of prey caught", ylim=(0, 1))
         plots.legend(panel)
     plots.save(figure, place / "success.png", data)
 
@@ -125,7 +125,7 @@ def scripts(results: All, place: Path) -> None:
             caught = found.caught[..., 0] if panel is axes[0] else found["scripts.predators"].astype(float).mean(axis=2)
             drawn = plots.curve(panel, found.generations, caught, arm, number)
             data |= {"generation": found.generations} | {f"{arm}: {part}": values for part, values in drawn.items()}
-        panel.set(xlabel="generation", ylabel="share of prey caught", ylim=(0, 1))
+        panel.set(xlabel="generation", ylabel="fraction of prey caught", ylim=(0, 1))
         plots.legend(panel)
     axes[0].set_title("the fixed prey that they evolve against")
     axes[1].set_title("scripted prey that they never met")
@@ -144,7 +144,7 @@ def parity(results: All, place: Path) -> None:
             known = np.nan_to_num(curves[:, :, even])
             drawn = plots.curve(panel, x, known, f"{even} even", even, window=WINDOW)
             data |= {"generation": x} | {f"{arm}, {even} even: {part}": values for part, values in drawn.items()}
-        panel.set(title=arm, xlabel="generation", ylabel="share of prey caught", ylim=(0, 1))
+        panel.set(title=arm, xlabel="generation", ylabel="fraction of prey caught", ylim=(0, 1))
     plots.legend(axes[0])
     plots.save(figure, place / "parity.png", data)
 
@@ -169,7 +169,7 @@ def forest(results: All, place: Path, name: str, parts: tuple[str, ...]) -> None
         panel.sharex(axes[0])
         panel.axvline(0, color="0.7", linewidth=0.6)
         panel.set(title=task, yticks=range(len(arms)), yticklabels=[found.setting.name for found in arms[::-1]])
-        panel.set_xlabel("progress against held-out opponents, share of prey")
+        panel.set_xlabel("progress against held-out opponents, fraction of prey")
     plots.legend(next(panel for panel, arms in zip(axes, tasks.values(), strict=True) if arms))
     columns = zip(*table, strict=True)
     plots.save(figure, place / f"{name}.png", dict(zip(("arm", "side", "mean", "low", "high"), columns, strict=True)))

@@ -1,15 +1,19 @@
 // The charts, and the matrix of the fraction of prey caught, in which a click on a cell plays its match.
 
-const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888"]; // Okabe & Ito
+const SERIES = { // Okabe & Ito, and brighter on dark
+  light: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#888888"],
+  dark: ["#3aa5e6", "#ff7a2f", "#1fc596", "#e29cc4", "#f2b63c", "#9ad7f7", "#999999"],
+};
+const seriesOfTheme = () => SERIES[document.documentElement.dataset.theme] ?? SERIES.light;
 // Plotly's mode bar is off, because it covers cells of the matrix and offers to upload data. A double click zooms out.
 const QUIET = { displayModeBar: false, responsive: true };
 
 // Return a figure with names of colours replaced by the colours of the page.
 function coloured(figure) {
-  const colour = palette();
+  const colour = palette(), series = seriesOfTheme();
   return JSON.parse(JSON.stringify(figure), (_, value) => {
     const name = typeof value === "string" && /^@(\w+)$/.exec(value)?.[1];
-    return name ? SERIES[name] ?? colour(name) : value;
+    return name ? series[name] ?? colour(name) : value;
   });
 }
 

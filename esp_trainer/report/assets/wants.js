@@ -58,7 +58,7 @@ class Wants {
     const best = votes.map((outputs) => outputs.indexOf(Math.max(...outputs)));
     const corner = (i) => [(i % SAMPLES) * cell, side - (Math.floor(i / SAMPLES) + 1) * cell];
     best.forEach((action, i) => {
-      pen.fillStyle = mix(SERIES[action], colour("panel"), 0.55);
+      pen.fillStyle = mix(seriesOfTheme()[action], colour("panel"), 0.55);
       pen.fillRect(...corner(i), Math.ceil(cell), Math.ceil(cell));
     });
     pen.fillStyle = colour("ink");

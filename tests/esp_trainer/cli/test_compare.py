@@ -86,7 +86,7 @@ def test_a_directory_of_runs_is_compared_by_condition(esp_trainer: Callable[...,
     ]
     lines = outcome.out.splitlines()
     assert max(map(len, lines)) <= 120
-    assert lines[0] == "predators, share of prey caught: mean over seeds [95% interval]"
+    assert lines[0] == "predators, fraction of prey caught: mean over seeds [95% interval]"
     assert lines[1].split("   ")[0] == "predators"
     for share, line in (("0", lines[2]), ("0.5", lines[3])):
         mine = [row for row in rows if row["condition"] == f"esp.past_share={share}"]
@@ -179,7 +179,7 @@ def test_of_few_seeds_means_are_told(esp_trainer: Callable[..., Any], place: Pat
     (line,) = [line for line in blocks[2] if line.startswith("prey, level, scripts")]
     assert line.split()[3:] == [f"{third - (first + second) / 2:+.3f}", "-", "-"]
     assert notes_of(outcome)[1:] == [
-        "Of fewer than 3 seeds only means are told, without intervals and tests: esp.past_share=0; esp.past_share=0.5."
+        "Of fewer than 3 seeds only means are shown, without intervals and tests: esp.past_share=0; esp.past_share=0.5."
     ]
 
 

@@ -19,7 +19,7 @@ def test_a_script_that_can_be_foreseen_never_catches_a_prey_that_foresees_it(
 ) -> None:
     assert main(["exploitability", "greedy_chase", "--role", "predators", "--size", "5", "--steps", "6"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "greedy_chase, predators on a torus of 5 x 5, 3 v 1, 6 steps: the share of prey caught"
+    assert lines[0] == "greedy_chase, predators on a torus of 5 x 5, 3 v 1, 6 steps: the fraction of prey caught"
     optimal, exploited = (line.split()[-5:] for line in lines[2:4])
     assert all(0.9 < float(value) < 1 for value in optimal)
     assert exploited == ["0.000"] * 5
@@ -60,7 +60,7 @@ def test_two_prey_that_draw_are_measured_by_one_predator(capsys: pytest.CaptureF
     teams = ["--predators", "1", "--prey", "2", "--size", "4", "--steps", "4"]
     assert main(["exploitability", "random", "--role", "prey", *teams]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "random, prey on a torus of 4 x 4, 1 v 2, 4 steps: the share of prey caught"
+    assert lines[0] == "random, prey on a torus of 4 x 4, 1 v 2, 4 steps: the fraction of prey caught"
     assert lines[1].split()[-4:] == ["all", "0", "1", "2"]
     optimal, exploited = (float(line.split()[-4]) for line in lines[2:4])
     assert optimal < 0.05
@@ -72,7 +72,7 @@ def test_a_game_is_solved_told_and_saved(tmp_path: Path, capsys: pytest.CaptureF
     assert main(["solve", "--size", "6", "--steps", "5", "--out", str(file)]) == 0
     told = capsys.readouterr()
     lines = told.out.splitlines()
-    assert lines[0] == "a torus of 6 x 6, 3 v 1, 5 steps, both sides playing optimally: the share of prey caught"
+    assert lines[0] == "a torus of 6 x 6, 3 v 1, 5 steps, both sides playing optimally: the fraction of prey caught"
     assert [line.split()[0] for line in lines[3:8]] == ["1", "2", "3", "4", "5"]
     assert lines[7].split() == ["5", "0.798", "0.704", "0.777", "0.830", "0.872"]
     assert lines[8] == f"the solved game is in {file}: 0.1 MB"
