@@ -29,8 +29,9 @@ from esp_trainer.analysis.inference import summary
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.match import match
 from esp_trainer.exact.chances import chances
+from esp_trainer.exact.parity import by_parity, means_by_parity
 from esp_trainer.exact.response import best_responses
-from esp_trainer.exact.solution import Solution, by_parity, means_by_parity, solve
+from esp_trainer.exact.solution import Solution, solve
 from esp_trainer.presets import preset
 from esp_trainer.types import ROLES, Role, ScriptedTeams
 from predprey_env.config import EnvConfig

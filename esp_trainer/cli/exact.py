@@ -13,8 +13,9 @@ from esp_trainer.cli.candidate import tell_about
 from esp_trainer.cli.streams import say
 from esp_trainer.exact.chances import chances, survivors
 from esp_trainer.exact.duration import sample_of, seconds_to_answer, seconds_to_solve
+from esp_trainer.exact.parity import by_parity
 from esp_trainer.exact.response import best_responses, exploitability_from, memory_for_response
-from esp_trainer.exact.solution import Solution, by_parity, check_memory, memory_needed
+from esp_trainer.exact.solution import Solution, check_memory, memory_needed
 from esp_trainer.exact.solution import solve as solve_game
 from esp_trainer.files import check_place
 from esp_trainer.types import Role

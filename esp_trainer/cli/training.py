@@ -20,7 +20,7 @@ from esp_trainer.analysis.league import league_of_runs
 from esp_trainer.cli.signals import handled_by, write_from_handler
 from esp_trainer.cli.streams import say
 from esp_trainer.cluster import connected
-from esp_trainer.coevolution.coevolution import Generation
+from esp_trainer.coevolution.generation import Generation
 from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.registry import make_evaluator

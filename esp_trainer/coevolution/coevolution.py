@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field
 from time import perf_counter
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ from esp_trainer.algorithm import Algorithm, Spread
 from esp_trainer.algorithms.registry import algorithm_name, failures_told
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.coevolution.episodes import play_batch
+from esp_trainer.coevolution.generation import Bred, Generation
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.opponents import CHOICES, past_teams
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_sides
@@ -22,51 +22,10 @@ from esp_trainer.config import RunConfig
 from esp_trainer.esp.signal import Signal, ties
 from esp_trainer.esp.subpopulations import Parents, Subpopulations
 from esp_trainer.seeding import stream
-from esp_trainer.statistics import Captures, Payoffs
-from esp_trainer.statistics import summarise as summarise_results
-from esp_trainer.types import (
-    Evaluator,
-    EvolvedTeams,
-    Fixed,
-    Role,
-    TeamBatch,
-    TrialBatch,
-)
+from esp_trainer.statistics import Captures, Payoffs, summarise
+from esp_trainer.types import Evaluator, EvolvedTeams, Fixed, Role, TeamBatch, TrialBatch
 from predprey_env.agents import other_team
 from predprey_env.settings import PartError
-
-
-class Bred(NamedTuple):
-    """The parents of the neurons that one side bred."""
-
-    parents: Parents
-    """Parents of the new neurons. Past champions are named by their generation."""
-    champion: np.ndarray
-    """Slot of each neuron of the generation's champion before it bred, int ``(S,)``."""
-    burst: bool
-    """True if the side then started again around this champion."""
-
-
-@dataclass(frozen=True)
-class Generation:
-    """The results of a generation."""
-
-    number: int
-    trials: dict[Role, Trials]
-    champions: dict[Role, Champion]
-    spreads: dict[Role, Spread]
-    """Diversity and scale of the genes that the teams were sampled from."""
-    signals: dict[Role, Signal]
-    """Signal of each side's selection."""
-    held_out: Captures | Payoffs
-    """Results of champion against champion, or against the fixed side, from the held-out starts."""
-    seconds: dict[str, float]
-    """Wall time of each phase, in seconds."""
-    exploited: dict[Role, float] = field(default_factory=dict)
-    """Mean payoff to the predators of each side's new exploiter, or against it, if the generation brought any. In the
-    predator-prey world it is the fraction of the prey caught."""
-    bred: dict[Role, Bred] = field(default_factory=dict)
-    """Parents of each side's new neurons, if the run keeps them."""
 
 
 class Exploiter(NamedTuple):
@@ -283,7 +242,7 @@ class Coevolution:
         n = len(self._held_out)
         teams = self._with_fixed({role: champion.as_teams(n) for role, champion in champions.items()}, n)
         result = play_batch(self.evaluator, self._batch(teams, self._held_out))
-        return summarise_results(result, self._even)
+        return summarise(result, self._even)
 
 
 def _spread(population: Algorithm) -> Spread:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.jit.compilation import rule
 
 _LEAST_COST = 1e-11
 """Reduced costs below this count as zero: payoffs are in [0, 1], in double precision."""
@@ -281,22 +281,3 @@ def _pivot(tableau: Any, row: int, column: int, m: int, n: int) -> None:
                         tableau[i, j] -= factor * tableau[row, j]
             tableau[i, column] = -factor * pivot
     tableau[row, column] = pivot
-
-
-@entry_point
-def _solve(work: Workspace) -> float:
-    return equilibrium(work)
-
-
-def solve_game(payoffs: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the value of a game, and an equilibrium strategy of the row player and of the column player.
-
-    Args:
-        payoffs: Payoffs of the row player, ``(m, n)``: numbers in [0, 1], or of that order, at least 0.
-    """
-    work = make_workspace(*payoffs.shape)
-    work.payoffs[:] = payoffs
-    if not (work.payoffs >= 0).all():
-        raise ValueError("payoffs must be at least 0")
-    value = float(_solve(work))
-    return value, work.rows, work.columns

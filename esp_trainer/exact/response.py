@@ -13,15 +13,8 @@ import numpy as np
 from esp_trainer.cores import cores
 from esp_trainer.exact.chances import chances as chances_of
 from esp_trainer.exact.chances import survivors
-from esp_trainer.exact.solution import (
-    Solution,
-    after_turn,
-    assign,
-    by_parity,
-    joint_actions,
-    look_round,
-    means_by_parity,
-)
+from esp_trainer.exact.parity import by_parity, means_by_parity
+from esp_trainer.exact.solution import Solution, after_turn, assign, joint_actions, look_round
 from esp_trainer.exact.states import Moves, n_keys, read_key, turns_of
 from esp_trainer.types import Role
 from predprey_env.config import EnvConfig

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from esp_trainer.coevolution.coevolution import Bred
+from esp_trainer.coevolution.generation import Bred
 from esp_trainer.coevolution.sides import side_config, side_controller, side_shape
 from esp_trainer.config import RunConfig
 from esp_trainer.files import SCHEMA, DamagedFileError, naming, sync, sync_directory

@@ -9,7 +9,8 @@ from math import isnan
 from time import perf_counter
 from typing import Any
 
-from esp_trainer.coevolution.coevolution import Coevolution, Generation
+from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.generation import Generation
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import new_sides, side_config, side_shape

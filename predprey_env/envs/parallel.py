@@ -10,19 +10,16 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, read_action
-from predprey_env.config import IDLE, TEAMS, EnvConfig, Rules
+from predprey_env.config import IDLE, TEAMS, EnvConfig
 from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options, read_reset_options
 from predprey_env.envs.spaces import action_space, observation_slices, observation_space, state_space
+from predprey_env.envs.turn import observe_with, play_turn
 from predprey_env.extras import require_pygame
-from predprey_env.jit.compilation import entry_point, rule
-from predprey_env.jit.values import Array, FloatRows, IntegerRows
 from predprey_env.rendering import text
-from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World, is_over, remember_moves, take_turn
-from predprey_env.rules.fitness import fitness
-from predprey_env.rules.observation import observe
+from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World
 from predprey_env.rules.starts import draw_starts, given_starts
 from predprey_env.sight import AnySight
 
@@ -35,38 +32,6 @@ Observation = np.ndarray
 Info = dict[str, Any]
 Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
 """Observations, rewards, terminations, truncations and infos, by agent."""
-
-
-@entry_point
-def _advance(
-    world: World,
-    moved: IntegerRows,
-    actions: IntegerRows,
-    turn: int,
-    steps: int,
-    rules: Rules,
-    seen: FloatRows,
-    scores: Array,
-) -> bool:
-    """Play a turn; write last moves, observations and fitness, and return whether the episode ends."""
-    take_turn(world, actions, turn, rules)
-    remember_moves(actions, turn, rules, moved)
-    _observe_all(world, moved, rules, rules.sight, seen)
-    fitness(world, steps, rules, scores)
-    return is_over(world, steps, rules)
-
-
-@rule
-def _observe_all(world: World, moved: IntegerRows, rules: Rules, sight: AnySight, seen: FloatRows) -> None:
-    """Write every agent's observation to ``seen``, one after the other."""
-    row = 0
-    for agent in range(rules.n_predators + rules.n_prey):
-        row = observe(sight, world, moved, agent, rules, seen, row)
-
-
-@entry_point
-def _observe_as(world: World, moved: IntegerRows, rules: Rules, sight: AnySight, seen: FloatRows) -> None:
-    _observe_all(world, moved, rules, sight, seen)
 
 
 class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
@@ -210,7 +175,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
             raise RuntimeError("reset() must be called before observe_as()")
         slices = observation_slices(self._config, sight)
         seen = np.empty(slices[-1].stop, np.float32)
-        _observe_as(self._world, self._moved, self._rules, sight, seen)
+        observe_with(self._world, self._moved, self._rules, sight, seen)
         return {agent: seen[slices[i]] for agent, i in self._rows(self.agents)}
 
     def state(self) -> np.ndarray:
@@ -267,7 +232,7 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
     def _look(self, world: World, turn: int) -> dict[str, Observation]:
         """Play a turn, store its results for the step, and return the observations of the agents in the game."""
         seen = np.empty(self._slices[-1].stop, np.float32)
-        over = _advance(world, self._moved, self._actions, turn, self._steps, self._rules, seen, self._scores)
+        over = play_turn(world, self._moved, self._actions, turn, self._steps, self._rules, seen, self._scores)
         self._over = over and turn != PREY  # a time step ends with the predators' turn
         self._alive: list[int] = world.alive.tolist()
         self._fitness: list[float] = self._scores.tolist()

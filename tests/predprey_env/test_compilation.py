@@ -23,7 +23,7 @@ from numba.core.registry import CPUDispatcher
 
 from predprey_env import EnvConfig
 from predprey_env.config import TEAMS
-from predprey_env.envs.parallel import _advance
+from predprey_env.envs.turn import play_turn
 from predprey_env.jit import compilation
 from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
@@ -49,7 +49,7 @@ def cache_beside_the_source(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The other has read the empty index, and saves while ours is about to write its code."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    ours, theirs = (compilation._DigestCache(_advance.py_func)._cache_file for _ in range(2))
+    ours, theirs = (compilation._DigestCache(play_turn.py_func)._cache_file for _ in range(2))
     ours._save_index({})
     write, empty = ours._save_data, theirs._load_index()
 
@@ -68,7 +68,7 @@ def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, m
 def test_an_index_with_a_class_that_is_gone_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another program may have written it after ours looked for its machine code."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    files = compilation._DigestCache(_advance.py_func)._cache_file
+    files = compilation._DigestCache(play_turn.py_func)._cache_file
     files._save_index({})
     index = Path(files._index_path)
     gone = b"\x80\x04c" + b"no_such_module\nGone\n."  # a pickle that names a class
@@ -290,7 +290,7 @@ def test_rules_and_entry_points_run_without_the_lock_of_python() -> None:
         return a + 1
 
     assert add.targetoptions["nogil"]
-    assert _advance.targetoptions["nogil"]
+    assert play_turn.targetoptions["nogil"]
 
 
 # -- compiled and uncompiled --------------------------------------------------------------------------------------
@@ -307,7 +307,7 @@ def as_python(function: CPUDispatcher, known: dict[CPUDispatcher, FunctionType])
     return known[function]
 
 
-PYTHON = as_python(_advance, {})
+PYTHON = as_python(play_turn, {})
 
 
 @given(config=st.from_type(EnvConfig), seed=st.integers(0, 2**32 - 1))
@@ -321,7 +321,7 @@ def test_compiled_rules_equal_their_python_source(config: EnvConfig, seed: int) 
     turns = [PREY, PREDATORS] * 10 if config.rules.prey_first else [EVERYBODY] * 15
     for steps, turn in enumerate([NOBODY, *turns]):
         actions = random.integers(0, 5, config.n_agents, np.int32)
-        for advance, world, last, view, score in zip((_advance, PYTHON), worlds, moved, seen, scores, strict=True):
+        for advance, world, last, view, score in zip((play_turn, PYTHON), worlds, moved, seen, scores, strict=True):
             advance(world, last, actions, turn, steps, config.rules, view, score)
         compiled, python = worlds
         assert all(rows.tobytes() == others.tobytes() for rows, others in zip(compiled, python, strict=True))

@@ -24,7 +24,7 @@ from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.network import Networks
 from predprey_env import EnvConfig
 from predprey_env.engine import team_rows
-from predprey_env.envs.parallel import _advance
+from predprey_env.envs.turn import play_turn
 from predprey_env.envs.worlds import make_scratch, make_worlds, move_opponents
 from predprey_env.jit import compilation
 from predprey_env.jit.compilation import _DigestCache, named_tuples, source_files
@@ -33,7 +33,7 @@ from predprey_env.policies.scripted import Script
 
 LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
 SOURCES = {
-    *{"parallel.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
+    *{"turn.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
     *{"config.py", "sight.py"},  # the named tuples that they read
     *LANGUAGE,
 }
@@ -46,24 +46,24 @@ def names(files: set[str]) -> set[str]:
 
 
 def codegen() -> Any:
-    return _advance.targetctx.codegen()
+    return play_turn.targetctx.codegen()
 
 
 # -- a step -------------------------------------------------------------------------------------------------------
 
 
 def test_the_sources_of_a_step_are_all_files_that_state_a_rule() -> None:
-    assert names(source_files(_advance.py_func, named_tuples(STEP))) == SOURCES
+    assert names(source_files(play_turn.py_func, named_tuples(STEP))) == SOURCES
 
 
 @pytest.mark.parametrize("name", sorted(SOURCES))
 def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     read = Path.read_bytes
-    key = _DigestCache(_advance.py_func)._index_key(STEP, codegen())
-    assert _DigestCache(_advance.py_func)._index_key(STEP, codegen()) == key
+    key = _DigestCache(play_turn.py_func)._index_key(STEP, codegen())
+    assert _DigestCache(play_turn.py_func)._index_key(STEP, codegen()) == key
     monkeypatch.setattr(compilation, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
-    assert _DigestCache(_advance.py_func)._index_key(STEP, codegen()) != key
+    assert _DigestCache(play_turn.py_func)._index_key(STEP, codegen()) != key
 
 
 # -- as Python reads files ------------------------------------------------------------------------------------------
@@ -211,7 +211,7 @@ ENTRY_POINTS = list(entry_points())
 
 
 def test_there_is_something_compiled() -> None:
-    assert {"_advance", "_act", "_find_shared", "move_opponents", "place"} <= {f.__name__ for f in ENTRY_POINTS}
+    assert {"play_turn", "_act", "_find_shared", "move_opponents", "place"} <= {f.__name__ for f in ENTRY_POINTS}
 
 
 @pytest.mark.parametrize("player", [Script, Networks])
@@ -322,4 +322,4 @@ def test_named_tuples_are_found_in_named_and_plain_tuples() -> None:
 def test_the_file_of_a_class_counts_though_no_rule_of_it_is_called() -> None:
     """Its fields are what the machine code reads."""
     classes = {Pair, *named_tuples(STEP)}
-    assert names(source_files(_advance.py_func, classes)) == SOURCES | {Path(__file__).name}
+    assert names(source_files(play_turn.py_func, classes)) == SOURCES | {Path(__file__).name}

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from esp_trainer.coevolution import coevolution as module
-from esp_trainer.coevolution.coevolution import Coevolution, Generation
+from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.generation import Generation
 from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.team import as_candidates, gather_genomes, in_every_trial

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from esp_trainer.coevolution.coevolution import Coevolution, Generation
+from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.generation import Generation
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_controller
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
 from esp_trainer.esp.team import Team, gather_genomes

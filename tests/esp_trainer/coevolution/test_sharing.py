@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from esp_trainer.coevolution.coevolution import Coevolution, Generation
+from esp_trainer.coevolution.coevolution import Coevolution
+from esp_trainer.coevolution.generation import Generation
 from esp_trainer.coevolution.sharing import share_fitness
 from esp_trainer.coevolution.sides import new_sides
 from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from esp_trainer.exact.solution import Solution, by_parity, means_by_parity, memory_needed, solve
+from esp_trainer.exact.parity import by_parity, means_by_parity
+from esp_trainer.exact.solution import Solution, memory_needed, solve
 from esp_trainer.exact.states import n_keys, states_of, turns_of
 from esp_trainer.files import DamagedFileError
 from predprey_env import PredPreyEnv

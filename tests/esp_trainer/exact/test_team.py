@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from esp_trainer.exact.solution import Solution, by_parity, solve
+from esp_trainer.exact.parity import by_parity
+from esp_trainer.exact.solution import Solution, solve
 from esp_trainer.exact.team import OptimalTeam
 from predprey_env import predprey_v0, team_view, vector_env
 from predprey_env.config import EnvConfig
