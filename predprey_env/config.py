@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from predprey_env.plugins import find_class
 from predprey_env.settings import PartError, Settings
-from predprey_env.sight import SIGHTS, Sight, check_sight
+from predprey_env.sight import SIGHTS, Sight, check_rule, check_sight
 
 MOVES = ("east", "west", "north", "south", "idle")
 """Actions in index order. Predators have all five, prey the first four (section V)."""
@@ -173,6 +173,7 @@ class EnvConfig(Settings):
         try:
             for n_agents, n_opponents in ((self.n_predators, self.n_prey), (self.n_prey, self.n_predators)):
                 check_sight(self.observation, n_agents, n_opponents, self.size)
+            check_rule(self.observation, self.rules)
         except ValueError as error:
             raise (PartError if ":" in self.observation else ValueError)(str(error)) from None
         return self

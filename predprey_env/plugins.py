@@ -59,5 +59,5 @@ def find_object(part: str, place: str, name: str = "") -> Any:
     module, _, attribute = place.partition(":")
     try:
         return getattr(import_here(module), attribute)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script that is imported may exit
         raise PartError(f"{part} {name or place} cannot be imported: {error_line(error)}") from None

@@ -10,6 +10,7 @@ from numba.extending import overload
 from numpy.typing import ArrayLike
 
 from predprey_env.jit.generic import Generic
+from predprey_env.jit.trial import Rows, try_rule
 from predprey_env.jit.values import FloatRows, IntegerRows
 from predprey_env.plugins import find_class
 from predprey_env.settings import brief, error_line
@@ -171,3 +172,56 @@ def check_sight(name: str, n_agents: int, n_opponents: int, size: int) -> None:
         raise ValueError(
             f"bounds() of observation {name} must return the lowest and the highest values, got {brief(bounds)}"
         )
+
+
+class _World(NamedTuple):
+    """A world as rules read it, see :class:`~predprey_env.rules.dynamics.World`."""
+
+    x: Rows
+    y: Rows
+    alive: Rows
+
+
+def check_rule(name: str, rules: Any) -> None:
+    """Try the rule of a sight, and raise :class:`ValueError`, in one line, unless it writes what it says.
+
+    It is tried for each agent of a world, with all agents apart, and with all in one cell and all prey caught.
+    """
+    for agent in range(rules.n_predators + rules.n_prey):
+        for apart in (1, 0):
+            _try_for(name, rules, agent, apart)
+
+
+def _try_for(name: str, rules: Any, agent: int, apart: int) -> None:
+    """Try the rule of a sight for one agent, in a world where all are ``apart`` (1), or prey are caught (0)."""
+    x, y = (Rows(lambda row, k=k: np.int32(apart * k * row % rules.size)) for k in (1, 2))  # type: ignore[misc]
+    alive, moved = Rows(lambda _: np.int32(apart)), Rows(lambda row: np.int32(row % 4))
+    out = Rows(lambda _: np.float32(0))
+    sight, called = rules.sight, f"the rule of observation {name}"
+    rule = observe.registry[type(sight)]
+    done, end = try_rule(rule, sight, _World(x, y, alive), moved, agent, rules, out, 0)
+    n_agents = rules.n_predators + rules.n_prey
+    lengths = {"world.x": (x, n_agents), "world.y": (y, n_agents), "world.alive": (alive, rules.n_prey)}
+    for read, (rows, n_rows) in {**lengths, "moved": (moved, n_agents)}.items():
+        if (row := rows.outside(n_rows)) is not None:
+            raise ValueError(f"{called} must keep to the {n_rows} rows of {read}, got row {row}")
+    if done:
+        hunts = agent < rules.n_predators
+        sizes = (rules.n_predators, rules.n_prey) if hunts else (rules.n_prey, rules.n_predators)
+        _check_written(called, rules, sizes, out, end)
+
+
+def _check_written(called: str, rules: Any, sizes: tuple[int, int], out: Rows, end: Any) -> None:
+    """Raise :class:`ValueError` unless the rows that a rule wrote, from row 0 on, are an observation."""
+    n_seen = rules.sight.n_seen(*sizes)
+    if sorted(out) != [*range(n_seen)]:
+        expected = f"{called} must write {n_seen} rows in a team of {sizes[0]} against {sizes[1]}, as n_seen() says"
+        raise ValueError(f"{expected}, got {len(out)}")
+    if end != n_seen:
+        raise ValueError(f"{called} must return the row after the last that it wrote, got {brief(end)} for {n_seen}")
+    written = np.array([out[row] for row in range(n_seen)], np.float64)
+    lowest, highest = (np.asarray(each, np.float64) for each in rules.sight.bounds(*sizes, rules.size))
+    slack = 1e-3 * (highest - lowest)  # 32-bit floats are rounded
+    wrong = written[~((lowest - slack <= written) & (written <= highest + slack))]
+    if len(wrong):
+        raise ValueError(f"{called} must write numbers within bounds(), got {wrong[0]:g}")

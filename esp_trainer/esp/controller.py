@@ -8,7 +8,7 @@ import numpy as np
 
 from esp_trainer.config import SideConfig
 from esp_trainer.networks.controller import Controller
-from esp_trainer.networks.registry import make_network
+from esp_trainer.networks.registry import check_network, make_network
 from predprey_env.sight import PLAIN_SIGHT, AnySight
 
 
@@ -42,6 +42,8 @@ def make_controller(
         sight=sight,
         wiring=np.ascontiguousarray(wiring, np.int64),
     )
+    for n_inputs in {n + int(side.bias) for n in controller.fan_in}:
+        check_network(side.network, controller.network, n_inputs, controller.n_together)
     return controller._replace(network=controller.network._replace(n_genes=max(controller.used_genes)))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.networks.protocol import respond
+from predprey_env.jit.trial import Rows, try_rule
 from predprey_env.plugins import find_class
 from predprey_env.settings import brief, error_line
 
@@ -41,6 +42,47 @@ def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
     _check_number(name, "memory", n_memory, 0)
     _check_number(name, "genes", n_genes, 1)
     return network
+
+
+def check_network(name: str, network: Any, n_inputs: int, n_together: int) -> None:
+    """Raise :class:`ValueError`, in one line, unless a network does what it says.
+
+    Args:
+        name: Name of its kind.
+        network: The network.
+        n_inputs: Number of its inputs, with the bias.
+        n_together: Number of agents that it controls.
+    """
+    n_outputs = n_together * len(network.blank)
+    n_genes = network.genes(n_inputs, n_outputs, network.n_hidden)
+    _check_number(name, "genes", n_genes, 1)
+    if name not in NETWORKS:
+        _check_rule(name, network._replace(n_genes=int(n_genes)), n_inputs, n_outputs)
+
+
+def _check_rule(name: str, network: Any, n_inputs: int, n_outputs: int) -> None:
+    """Try the rule of a network, twice, and raise :class:`ValueError` unless it keeps to its rows and its outputs."""
+    number = np.random.default_rng(0)
+    weights, inputs = (Rows(lambda _: np.float32(number.normal())) for _ in range(2))
+    memory = Rows(lambda _: np.int32(0))
+    for _ in range(2):
+        first = n_outputs - len(network.blank)
+        done, outputs = try_rule(
+            respond.registry[type(network)], network, weights, 0, inputs, n_inputs, first, memory, 0
+        )
+        for said, rows, called, n_rows in (
+            ("genes()", weights, "weights", network.n_hidden * network.n_genes),
+            ("n_inputs", inputs, "inputs", n_inputs),
+            ("memory()", memory, "memory", network.n_memory),
+        ):
+            if (row := rows.outside(n_rows)) is not None:
+                expected = f"must keep to the first {n_rows} rows of {called}, as {said} says"
+                raise ValueError(f"the rule of network {name} {expected}, got row {row}")
+        if not done:
+            return
+        expected = f"the rule of network {name} must return {len(network.blank)} finite outputs"
+        if not isinstance(outputs, tuple) or len(outputs) != len(network.blank) or not np.isfinite(outputs).all():
+            raise ValueError(f"{expected}, got {brief(outputs)}")
 
 
 def _check_number(name: str, call: str, got: Any, least: int) -> None:

@@ -299,3 +299,61 @@ def test_options_of_the_papers_observation_are_not_of_anothers() -> None:
     line = f"see_moves, see_scaled: options of observation=offsets, got observation={HERE}:Wide"
     with pytest.raises(ValueError, match=f"^{line}$"):
         EnvConfig(observation=f"{HERE}:Wide", see_moves=True, see_scaled=True)
+
+
+class Shorter(Still):
+    """Its rule writes less than it says."""
+
+    def n_seen(self, n_agents: int, n_opponents: int) -> int:
+        return 2 * n_opponents + 1
+
+
+class Narrow(Still):
+    """Its bounds are too narrow."""
+
+    def bounds(self, n_agents: int, n_opponents: int, size: int) -> tuple[int, int]:
+        return -1, 1
+
+
+class Peeking(Still):
+    """Its rule reads an agent that is not there."""
+
+    def groups(self, n_agents: int, n_opponents: int) -> list[list[int]]:
+        return [[0, 1]]
+
+
+@rule
+def peeking(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:
+    dx, _ = offset_to(world, agent, 5, rules)
+    store(out, row, as_float(dx))
+    return row + 1
+
+
+class Silent(Still):
+    """Its rule does not return the next row."""
+
+
+@rule
+def silent(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:
+    still(sight, world, moved, agent, rules, out, row)
+    return row
+
+
+observe.register(Shorter, still)
+observe.register(Narrow, still)
+observe.register(Peeking, peeking)
+observe.register(Silent, silent)
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("Shorter", "must write 5 rows in a team of 3 against 2, as n_seen() says, got 4"),
+        ("Narrow", "must write numbers within bounds(), got "),
+        ("Peeking", "must keep to the 5 rows of world.x, got row 5"),
+        ("Silent", "must return the row after the last that it wrote, got 0 for 4"),
+    ],
+)
+def test_a_rule_that_breaks_its_promises_is_refused_in_one_line(name: str, line: str) -> None:
+    with pytest.raises(ValueError, match=f"^the rule of observation {HERE}:{name} {re.escape(line)}[^\\n]*$"):
+        EnvConfig(**TINY, observation=f"{HERE}:{name}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,7 +23,7 @@ from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import preset
 from esp_trainer.types import PolicyError
 from predprey_env import EnvConfig
-from predprey_env.jit import add_products, load, rule, zeros
+from predprey_env.jit import add_products, load, rule, store, zeros
 
 HERE = __name__
 
@@ -249,3 +250,74 @@ def test_a_rule_that_does_not_compile_is_told_in_one_line_before_a_run_begins(
     *_, last = capsys.readouterr().err.splitlines()
     assert last == "esp-trainer: a rule does not compile: NameError: name 'nowhere' is not defined"
     assert not place.exists()
+
+
+class Forgetful(Linear):
+    """It says that it reads two genes less than it does."""
+
+    @staticmethod
+    def genes(n_inputs: int, n_outputs: int, n_hidden: int) -> int:
+        return n_inputs + n_outputs - 2
+
+
+class Remembering(Linear):
+    """It uses memory, of which it says that there is none."""
+
+
+@rule
+def _remembering(
+    network: Any, weights: Any, at: int, inputs: Any, n_inputs: int, first: int, memory: Any, context: int
+) -> Any:
+    store(memory, context + 4, 1)
+    return _linear(network, weights, at, inputs, n_inputs, first, memory, context)
+
+
+class Lonely(Linear):
+    """It returns one value for all outputs."""
+
+
+@rule
+def _lonely(
+    network: Any, weights: Any, at: int, inputs: Any, n_inputs: int, first: int, memory: Any, context: int
+) -> Any:
+    return load(inputs, 0)
+
+
+class Undefined(Linear):
+    """It divides zero by zero."""
+
+
+@rule
+def _undefined(
+    network: Any, weights: Any, at: int, inputs: Any, n_inputs: int, first: int, memory: Any, context: int
+) -> Any:
+    nothing = load(inputs, 0) * 0
+    return add_products(zeros(weights, network.blank), weights, at, nothing / nothing)
+
+
+respond.register(Forgetful, _linear)
+respond.register(Remembering, _remembering)
+respond.register(Lonely, _lonely)
+respond.register(Undefined, _undefined)
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("Forgetful", "must keep to the first 12 rows of weights, as genes() says, got row 13"),
+        ("Remembering", "must keep to the first 0 rows of memory, as memory() says, got row 4"),
+        ("Lonely", "must return 4 finite outputs, got np.float32(0.12573022)"),
+        ("Undefined", "must return 4 finite outputs, got (np.float32(nan), "),
+    ],
+)
+def test_a_rule_that_breaks_its_promises_is_refused_in_one_line(name: str, line: str) -> None:
+    """Three neurons of two inputs and four outputs; compiled code would read, and write, whatever lies beyond."""
+    with pytest.raises(ValueError, match=f"^the rule of network {HERE}:{name} {re.escape(line)}[^\\n]*$"):
+        team(SideConfig(network=f"{HERE}:{name}", n_hidden=3), n_opponents=1)
+
+
+def test_a_module_that_exits_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "that_exits.py").write_text("raise SystemExit('bye')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ValueError, match=r"^network that_exits:Any cannot be imported: SystemExit: bye$"):
+        network_class("that_exits:Any")
