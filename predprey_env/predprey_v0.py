@@ -174,11 +174,11 @@ def raw_env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
 
 
 def _check_names(maker: str, parameters: Collection[str]) -> None:
-    """Raise :class:`TypeError` for an unknown keyword, with the name of the function that was called."""
+    """Raise :class:`ValueError` for an unknown keyword, with the name of the function that was called."""
     known = list(signature(parallel_env).parameters)
     for name in parameters:
         if name not in known:
-            raise TypeError(f"{maker}(): {unknown_field(name, known)}")
+            raise ValueError(f"{maker}(): {unknown_field(name, known)}")
 
 
 # help() and inspect.signature() name the parameters one by one.

@@ -103,9 +103,9 @@ def test_a_turn_based_environment_can_be_copied(make, copied) -> None:
 @pytest.mark.parametrize(("name", "near"), [("sizee", "size"), ("rendermode", "render_mode"), ("n_preys", "n_prey")])
 def test_an_unknown_parameter_is_told_by_the_function_that_was_called(name: str, near: str) -> None:
     for maker in ("parallel_env", "env", "raw_env"):
-        with pytest.raises(TypeError) as refused:
+        line = rf"^{maker}\(\): unknown field {name}; did you mean {near}\?$"
+        with pytest.raises(ValueError, match=line):
             getattr(predprey_v0, maker)(**{name: 3})
-        assert str(refused.value) == f"{maker}(): unknown field {name}; did you mean {near}?"
 
 
 def test_every_parameter_reaches_the_world() -> None:
