@@ -19,6 +19,7 @@ from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from predprey_env.config import PAYOFF, SIGHT, EnvConfig
 from predprey_env.jit.compilation import entry_point, rule
+from predprey_env.settings import PartError
 
 _MAY_DIFFER = {*PAYOFF, *SIGHT, "max_cycles", "start_collisions", "captured_prey"}
 _PART = 1024  # number of states that a thread takes at a time
@@ -99,11 +100,14 @@ class Solution:
     def load(cls, path: Path | str) -> Solution:
         """Read a file that :meth:`save` wrote.
 
-        Raises :class:`~esp_trainer.files.DamagedFileError` for any other file.
+        Raises :class:`~esp_trainer.files.DamagedFileError` for any other file, and
+        :class:`~predprey_env.settings.PartError` if its world names an observation that cannot be used here.
         """
         header, arrays = read_arrays(Path(path), "solved game")
         try:
             config, values = EnvConfig.from_dict(header["env"]), arrays["values"]
+        except PartError as error:
+            raise PartError(f"{path}: {error}") from None
         except (KeyError, ValueError) as error:
             raise DamagedFileError(f"{path} is damaged: {error}") from None
         check_memory(memory_needed(config, 0))

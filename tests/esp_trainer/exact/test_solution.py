@@ -19,6 +19,7 @@ from esp_trainer.exact.states import n_keys, states_of, turns_of
 from esp_trainer.files import DamagedFileError
 from predprey_env import PredPreyEnv
 from predprey_env.config import EnvConfig
+from predprey_env.settings import PartError
 
 Cells: TypeAlias = tuple[int, ...]
 
@@ -269,3 +270,11 @@ def test_games_in_turns_have_a_turn_for_each_side() -> None:
     assert prey.caught[1, 0].tolist() == [False, False, True, False]
     assert predators.cell[1, :, 0].tolist() == [5, 13, 2, 0, 1]
     assert predators.caught[1, :, 0].tolist() == [False, False, False, True, False]
+
+
+def test_a_game_whose_observation_is_missing_is_not_called_damaged(tmp_path: Path) -> None:
+    solution = solve(EnvConfig(size=4, n_prey=1), 2)
+    elsewhere = solution.config.model_copy(update={"observation": "nowhere:Near"})
+    Solution(elsewhere, *list(vars(solution).values())[1:]).save(tmp_path / "game")
+    with pytest.raises(PartError, match=r"game: observation nowhere:Near cannot be imported: ModuleNotFoundError"):
+        Solution.load(tmp_path / "game")
