@@ -25,6 +25,7 @@ from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.evaluation.sharded import LEAST_EPISODES, ShardedEvaluator
+from esp_trainer.run.checkpoint import generations_in
 from esp_trainer.run.directory import RunDirectory, versions
 from esp_trainer.run.tensorboard import TensorBoardLog, check_tensorboard_installed
 from esp_trainer.run.trainer import Trainer, metrics_record
@@ -50,8 +51,13 @@ class Players:
         """Return a context manager that connects to the cluster, if there is one."""
         return connected(self.address) if self.address else nullcontext()
 
-    def evaluator(self, config: RunConfig, undo: Callable[[], object] = lambda: None) -> Evaluator:
-        """Return an evaluator with a compiled kernel; a signal during the compilation calls ``undo`` and exits."""
+    def evaluator(
+        self, config: RunConfig, undo: Callable[[], object] = lambda: None, *, prepare: bool = True
+    ) -> Evaluator:
+        """Return an evaluator with a compiled kernel; a signal during the compilation calls ``undo`` and exits.
+
+        With ``prepare=False`` nothing is compiled yet.
+        """
         threads, episodes = self.threads, config.esp.n_trials * config.esp.n_episodes
         if self.address and config.game.environment:
             raise ValueError(f"--address plays the predator-prey world alone, got {config.game.environment}")
@@ -61,6 +67,8 @@ class Players:
                 "shards of it would cost more than they bring"
             )
         evaluator = ShardedEvaluator(config.env, threads=threads) if self.address else make_evaluator(config, threads)
+        if not prepare:
+            return evaluator
         what = "networks" if config.game.environment else "kernel"
         say(f"preparing the compiled {what} (some 15 s the first time, then from the cache) ...")
 
@@ -103,8 +111,14 @@ def resume(directory: Path, generations: int | None, players: Players, following
     """Continue a run from its last checkpoint."""
     if following.tensorboard:
         check_tensorboard_installed()
+    run = RunDirectory(directory)
+
+    def make(config: RunConfig) -> Evaluator:
+        complete = generations_in(run.checkpoint_file, config) == config.generations
+        return players.evaluator(config, prepare=not complete)
+
     with players.connected():
-        return _go_on(Trainer.resume(RunDirectory(directory), players.evaluator, generations), following)
+        return _go_on(Trainer.resume(run, make, generations), following)
 
 
 def _go_on(trainer: Trainer, following: Following) -> int:

@@ -127,7 +127,7 @@ def test_resuming_a_complete_run_says_so_and_changes_nothing(
     before = contents(tmp_path)
     outcome = esp_trainer("resume", "run")
     assert outcome.code == 0
-    assert outcome.err.splitlines()[-1] == "run is complete: 5 generations; give --generations to go on"
+    assert outcome.err.splitlines() == ["run is complete: 5 generations; give --generations to go on"]
     assert contents(tmp_path) == before
 
 
