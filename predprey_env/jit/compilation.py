@@ -263,14 +263,20 @@ class _EntryPoint(CPUDispatcher):
         try:
             return super()._compile_for_args(*arguments, **named)
         except NumbaError as error:
-            raise ValueError(f"a rule does not compile: {_reason(error)}") from error
+            raise ValueError(_failure(error)) from error
 
 
-def _reason(error: NumbaError) -> str:
-    """Return the line of an error of Numba that says what is wrong, the one below the innermost failure."""
-    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", str(error)).splitlines() if line.strip()]
-    after = [line for line, before in zip(lines[1:], lines, strict=False) if "Failed in" in before]
-    return after[-1] if after else lines[0]
+def _failure(error: NumbaError) -> str:
+    """Return what an error of Numba says in one line: the innermost rule, where in it, and what is wrong there."""
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    inside, *callers = re.split(r"resolving callee type: type\(_Rule\(<function (\w+) ", text)  # the innermost first
+    rule = f"the rule {callers[0]}" if callers else "a rule"
+    place = re.search(r'File "([^"]+)", line (\d+)', inside)
+    where = f" ({Path(place[1]).name}, line {place[2]})" if place else ""
+    lines = [line.strip(" >") for line in text.splitlines() if line.strip()]
+    at = max((i + 1 for i, line in enumerate(lines[:-1]) if line.startswith("Failed in")), default=0)
+    reason = " ".join(lines[at : at + 2]) if lines[at].endswith(":") else lines[at]
+    return f"{rule}{where} does not compile: {reason}"
 
 
 def entry_point(function: Compiled) -> Compiled:

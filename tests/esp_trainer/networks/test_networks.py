@@ -248,7 +248,7 @@ def test_a_rule_that_does_not_compile_is_told_in_one_line_before_a_run_begins(
     place = tmp_path / "run"
     assert main(["train", "smoke", "--prey.network", f"{HERE}:Unknown", "--out", str(place)]) == 1
     *_, last = capsys.readouterr().err.splitlines()
-    assert last == "esp-trainer: a rule does not compile: NameError: name 'nowhere' is not defined"
+    assert last == "esp-trainer: the rule _unknown does not compile: NameError: name 'nowhere' is not defined"
     assert not place.exists()
 
 

@@ -50,8 +50,40 @@ def test_an_unknown_player_is_refused_in_python(player: Any) -> None:
 
 @pytest.mark.parametrize("player", [Stranger(4), 3, (1, 2, 3)])
 def test_an_unknown_player_is_refused_in_compiled_code(player: Any) -> None:
-    with pytest.raises(ValueError, match=r"^a rule does not compile: .*_Choose"):
+    with pytest.raises(ValueError, match=r"^a rule \(test_protocol.py, line \d+\) does not compile: .*_Choose"):
         _choose(player, 0, np.ones(2, np.float32), new_memory(0, 0), 0, np.zeros(1, np.int32))
+
+
+@rule
+def _lost(seen: Any) -> Any:
+    return nowhere  # type: ignore[name-defined]  # noqa: F821
+
+
+@rule
+def _adds_text(seen: Any) -> Any:
+    return "a" + seen[0]
+
+
+@entry_point
+def _finds(seen: Any) -> None:
+    seen[0] = _lost(seen)
+
+
+@entry_point
+def _adds(seen: Any) -> None:
+    seen[0] = _adds_text(seen)
+
+
+@pytest.mark.parametrize(
+    ("call", "line"),
+    [
+        (_finds, r"the rule _lost does not compile: NameError: name 'nowhere' is not defined"),
+        (_adds, r"the rule _adds_text \(test_protocol.py, line \d+\) does not compile: .* signature: add\(.*float32\)"),
+    ],
+)
+def test_a_rule_that_does_not_compile_is_named(call: Any, line: str) -> None:
+    with pytest.raises(ValueError, match=f"^{line}$"):
+        call(np.ones(2, np.float32))
 
 
 # -- scripts ------------------------------------------------------------------------------------------------------
