@@ -104,7 +104,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         RunConfig(env=_ONE_PREY, predators=_SCALED, prey=_SCALED, esp=_UNMATED),
     ),
     "drawn-3v2": (
-        "actions drawn by the votes (of linear outputs), so that nobody can be foreseen",
+        "actions sampled by their votes (linear outputs), so that opponents cannot foresee them",
         RunConfig(predators=_DRAWN, prey=_DRAWN),
     ),
     "drawn-3v1": (

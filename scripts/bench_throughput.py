@@ -25,7 +25,7 @@ SECTIONS = {
     "process": training.process_rows,
 }
 ANSWER = """\
-The compiled evaluator plays the 6,000 episodes of a generation in {fused} on one thread. The same through PettingZoo's
+The compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {fused} on one thread. The same through PettingZoo's
 API takes {reference}, {times}. `parallel_env` makes {steps} with random actions. A network of a user's own costs {own},
 for the same work."""
 CELLS = {
