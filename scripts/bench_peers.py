@@ -32,9 +32,9 @@ SECTIONS = {
 PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "agilerl", "jax", "jaxmarl")
 
 ANSWER = """\
-In 1,024 worlds `vector_env` makes {ours}, and JaxMARL's `simple_tag` {jax} ({jax_ratio} as fast). Through PettingZoo's API one
-world makes {one}, and one of MPE's `simple_tag` {mpe} ({mpe_ratio} as fast). The same work in 128 worlds is {supersuit} through
-SuperSuit ({supersuit_ratio} as fast)."""
+In 1,024 worlds `vector_env` makes {ours}, and JaxMARL's `simple_tag` {jax} ({jax_ratio} as fast).
+Through PettingZoo's API one world makes {one}, and one of MPE's `simple_tag` {mpe} ({mpe_ratio} as fast).
+The same work in 128 worlds is {supersuit} through SuperSuit ({supersuit_ratio} as fast)."""
 CELLS = {
     "ours": ("`vector_env(1024, ...)`, predators against random prey", "figure"),
     "jax": ("JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`", "figure"),

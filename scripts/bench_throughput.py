@@ -25,9 +25,9 @@ SECTIONS = {
     "process": training.process_rows,
 }
 ANSWER = """\
-The compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {fused} on one thread. The same through PettingZoo's
-API takes {reference}, {times}. `parallel_env` makes {steps} with random actions. A network of a user's own costs {own},
-for the same work."""
+The compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {fused} on one thread.
+The same through PettingZoo's API takes {reference}, {times}. `parallel_env` makes {steps} with random actions.
+A network of a user's own costs {own}, for the same work."""
 CELLS = {
     "fused": ("`fused`,", "figure"),
     "reference": ("`reference`", "figure"),

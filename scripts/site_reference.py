@@ -112,17 +112,21 @@ def _plain(docstring: str) -> str:
 
 
 class Roles(griffe.Extension):
-    """Docstrings as Markdown, before they are rendered, and classes without what ``__init__`` merely keeps."""
+    """Docstrings as Markdown, and nothing that tells a reader nothing: private values, long ones, special methods."""
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Rewrite the docstring of an object that was just read."""
         if obj.docstring:
             obj.docstring.value = _plain(obj.docstring.value)
+        if isinstance(obj, griffe.Attribute) and re.match("_|.{1000}", str(obj.value), re.DOTALL):
+            obj.value = None
 
     def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:
-        """Leave out attributes that have neither a docstring nor a type."""
+        """Leave out special methods, and attributes that have neither a docstring nor a type."""
         for name, member in list(cls.members.items()):
-            if isinstance(member, griffe.Attribute) and not member.docstring and not member.annotation:
+            special = name.startswith("__") and name != "__init__"
+            kept = isinstance(member, griffe.Attribute) and not member.docstring and not member.annotation
+            if special or kept:
                 cls.del_member(name)
 
     def on_package(self, *, pkg: griffe.Module, **_: Any) -> None:

@@ -98,6 +98,8 @@ def test_the_reference_names_arguments_first_and_leaves_out_what_says_nothing(si
     reference = (site / "reference/esp_trainer.html").read_text()
     assert 'id="esp_trainer.Coevolution.step"' in reference
     assert 'id="esp_trainer.Coevolution.sides"' not in reference
+    assert "__getstate__" not in reference
+    assert "_MONOLITHIC" not in reference  # the value of PRESETS, which has a page of its own
     assert 'href="../race.html">docs/race.md</a>' in (site / "reference/presets.html").read_text()
 
 
