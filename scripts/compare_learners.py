@@ -12,7 +12,6 @@ done again. The teams of the first seed of each kind are kept beside the page. N
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -23,18 +22,12 @@ from learners.contestants import CONTESTANTS, small
 from learners.curves import Curves, draw, gather
 from learners.matrix import Matrix, play
 from learners.train import publish, train
-
-from esp_trainer.cores import cores
+from study import study_options
 
 
 def main() -> None:
     """Do what is still to do."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
-    parser.add_argument("--report", action="store_true", help="train nothing, play nothing")
-    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/learners, or runs/quick")
-    parser.add_argument("--out", type=Path, help="where the page goes; by default docs, or runs/quick")
-    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+    parser = study_options(__doc__, "runs/learners", "runs/quick")
     options = parser.parse_args()
     runs = options.runs or Path("runs/quick" if options.quick else "runs/learners")
     out = options.out or Path("runs/quick" if options.quick else "docs")

@@ -12,7 +12,6 @@ of one prey take some two and a half hours of CPU.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,9 +21,8 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 import numpy as np
 from parts import report
 from parts.measure import measure_all
-from study import SMALL, evolve
+from study import SMALL, evolve, study_options
 
-from esp_trainer.cores import cores
 from esp_trainer.sweep.plan import PlannedRun, read_plan
 
 HERE = Path(__file__).parent
@@ -39,13 +37,8 @@ PLANS = [f"{study}-{task}" for study, tasks in TASKS.items() for task in tasks]
 
 def main() -> None:
     """Do and measure the missing runs, and write the pages."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
-    parser.add_argument("--report", action="store_true", help="run nothing")
+    parser = study_options(__doc__, "runs", "runs/parts-quick")
     parser.add_argument("--only", nargs="+", choices=PLANS, default=PLANS, help="only the runs of these plans")
-    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs, or runs/parts-quick")
-    parser.add_argument("--out", type=Path, help="where the pages go; by default docs, or runs/parts-quick")
-    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
     options = parser.parse_args()
     runs = options.runs or Path("runs/parts-quick" if options.quick else "runs")
     out = options.out or Path("runs/parts-quick" if options.quick else "docs")

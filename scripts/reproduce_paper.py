@@ -12,7 +12,6 @@ minute, to see that it works (its figures mean nothing).
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 from importlib.metadata import version
@@ -26,19 +25,12 @@ from reproduction.claims import read_claims, verdicts
 from reproduction.measure import measure
 from reproduction.results import StudyResults, load
 from reproduction.settings import Setting, read_settings, small
-from study import evolve, in_processes
-
-from esp_trainer.cores import cores
+from study import evolve, in_processes, study_options
 
 
 def main() -> None:
     """Do what is still to do."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
-    parser.add_argument("--report", action="store_true", help="run nothing")
-    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/reproduction, or runs/quick")
-    parser.add_argument("--out", type=Path, help="where the page goes; by default docs, or runs/quick")
-    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+    parser = study_options(__doc__, "runs/reproduction", "runs/quick")
     options = parser.parse_args()
     runs = options.runs or Path("runs/quick" if options.quick else "runs/reproduction")
     out = options.out or Path("runs/quick" if options.quick else "docs")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import re
@@ -16,6 +17,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from esp_trainer.cores import cores
 from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.sweep.pool import Work
@@ -34,6 +36,17 @@ SMALL: dict[str, Any] = {
     "champion.n_held_out": 32,
 }
 """Fields of a run that takes seconds and means nothing."""
+
+
+def study_options(about: str | None, runs: str, quick: str) -> argparse.ArgumentParser:
+    """Return the options of a study whose runs are kept in ``runs``, and in ``quick`` those of its quick form."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+    parser.add_argument("--report", action="store_true", help="run nothing, only write the page again")
+    parser.add_argument("--runs", type=Path, help=f"where runs are kept; by default {runs}, or {quick}")
+    parser.add_argument("--out", type=Path, help=f"where the page goes; by default docs, or {quick}")
+    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+    return parser
 
 
 def evolve(place: Path, runs: Sequence[PlannedRun], workers: int) -> None:
