@@ -19,7 +19,7 @@ LAYERS = [
     ["networks"],
     ["types"],
     ["game", "games"],
-    ["config", "esp_config", "cores", "seeding", "statistics", "files", "tasks"],
+    ["config", "esp_config", "cores", "processes", "seeding", "statistics", "files", "tasks"],
     ["presets", "algorithm"],
     ["esp"],
     ["algorithms"],

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import signal
-import threading
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple, TypeAlias
 
-TRIES = 3
-"""Number of lost processes after which a job counts as failed."""
+from esp_trainer.processes import TRIES, WorkerProcess
 
 _UNGUARDED = "; a script that starts processes must do so below if __name__ == '__main__'"
 
@@ -39,7 +35,7 @@ class Workers:
 
     def __init__(self, work: JobFunction, n: int) -> None:
         self._work, self.n = work, n
-        self._workers: list[_Worker] = []
+        self._workers: list[_JobWorker] = []
 
     def map(self, jobs: Sequence[Any]) -> list[Any]:
         """Return the result of each job, in order.
@@ -50,7 +46,7 @@ class Workers:
             WorkError: The function failed, or a job's process died :data:`TRIES` times.
         """
         while len(self._workers) < min(self.n, len(jobs)):
-            self._workers.append(_Worker(self._work))
+            self._workers.append(_JobWorker(self._work))
         results: dict[int, Any] = {}
         waiting, lost = deque(range(len(jobs))), Counter[int]()
         try:
@@ -78,12 +74,12 @@ class Workers:
             raise
         return [results[job] for job in range(len(jobs))]
 
-    def _replace(self, dead: _Worker, times: int) -> None:
+    def _replace(self, dead: _JobWorker, times: int) -> None:
         code = dead.end()
         if times == TRIES:
             cause = signal.Signals(-code).name if code < 0 else f"exit code {code}{_UNGUARDED}"
             raise WorkError(f"the process of a job was lost {TRIES} times, the last time by {cause}")
-        self._workers[self._workers.index(dead)] = _Worker(self._work)
+        self._workers[self._workers.index(dead)] = _JobWorker(self._work)
 
     def close(self) -> None:
         """Kill the processes. Further jobs start new ones."""
@@ -97,13 +93,9 @@ class Workers:
         return self.__dict__ | {"_workers": []}
 
 
-class _Worker:
+class _JobWorker(WorkerProcess):
     def __init__(self, work: JobFunction) -> None:
-        context = multiprocessing.get_context("spawn")  # a fork of a process that has threads can hang
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, work), daemon=True)
-        self.process.start()
-        theirs.close()  # otherwise the connection would outlive the process
+        super().__init__(_serve, work)
         self.job: int | None = None
 
     def do(self, number: int, jobs: Sequence[Any]) -> None:
@@ -111,18 +103,8 @@ class _Worker:
         with suppress(OSError):  # that the process is dead shows when its answer is read
             self.connection.send(jobs[number])
 
-    def end(self) -> int:
-        """Wait until the process has ended. Return its exit code."""
-        self.process.join()
-        self.connection.close()
-        return self.process.exitcode or 0
-
 
 def _serve(connection: Connection, work: JobFunction) -> None:
-    for name in ("SIGINT", "SIGHUP"):  # the parent handles Ctrl-C and the closing of the terminal
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(EOFError, OSError):
         while True:
             job = connection.recv()
@@ -132,10 +114,3 @@ def _serve(connection: Connection, work: JobFunction) -> None:
                 line = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
                 said = _Failed(" ".join(line.split()))
             connection.send(said)
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 import threading
@@ -16,12 +15,10 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 from esp_trainer.config import RunConfig
+from esp_trainer.processes import TRIES, WorkerProcess
 from esp_trainer.run.trainer import Trainer
 from esp_trainer.sweep.pool import Outcome, Work
 from esp_trainer.sweep.work import carry_out
-
-TRIES = 3
-"""Number of lost workers after which a run counts as failed."""
 
 
 class LocalPool:
@@ -34,7 +31,7 @@ class LocalPool:
         self._waiting = deque(runs)
         self._lost: Counter[Path] = Counter()
         self._warned: dict[Any, Any] = {}  # shared, so that the same warning of several workers is shown once
-        self._workers = [_Worker() for _ in range(min(n_workers, len(runs)))]
+        self._workers = [_RunWorker() for _ in range(min(n_workers, len(runs)))]
 
     def outcomes(self, timeout: float) -> list[Outcome]:
         """Return the runs that have ended, and give waiting runs to idle workers."""
@@ -46,7 +43,7 @@ class LocalPool:
         ended = (self._look(worker) for connection, worker in busy.items() if connection in ready)
         return [outcome for outcome in ended if outcome]
 
-    def _look(self, worker: _Worker) -> Outcome | None:
+    def _look(self, worker: _RunWorker) -> Outcome | None:
         work = worker.work
         assert work is not None
         try:
@@ -59,8 +56,8 @@ class LocalPool:
         worker.work = None
         return Outcome(work.path, said)
 
-    def _replace(self, dead: _Worker, work: Work) -> Outcome | None:
-        self._workers[self._workers.index(dead)] = _Worker()
+    def _replace(self, dead: _RunWorker, work: Work) -> Outcome | None:
+        self._workers[self._workers.index(dead)] = _RunWorker()
         code = dead.end()
         self._lost[work.path] += 1
         if self._lost[work.path] < TRIES:
@@ -93,15 +90,11 @@ class _Warned(NamedTuple):
     line: int
 
 
-class _Worker:
+class _RunWorker(WorkerProcess):
     """A worker process, and its current run."""
 
     def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")  # a fork of a process that has threads can hang
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self.process.start()
-        theirs.close()  # otherwise the connection would outlive the worker
+        super().__init__(_serve)
         self.work: Work | None = None
 
     def do(self, work: Work) -> None:
@@ -109,20 +102,9 @@ class _Worker:
         with suppress(OSError):  # a dead worker is found by the next outcomes()
             self.connection.send((work.path, work.config.model_dump()))
 
-    def end(self) -> int:
-        """Wait until the process has ended. Return its exit code."""
-        self.process.join()
-        self.connection.close()
-        return self.process.exitcode or 0
-
 
 def _serve(connection: Connection) -> None:
     """Carry out runs in a worker, one after the other as they arrive, until it is told to stop."""
-    # The parent handles Ctrl-C and the closing of the terminal.
-    for number in ("SIGINT", "SIGHUP"):
-        if hasattr(signal, number):
-            signal.signal(getattr(signal, number), signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
     warnings.showwarning = lambda text, *where: connection.send(_Warned(str(text), *where[:3]))
     trainers: list[Trainer] = []
     stopping = threading.Event()
@@ -143,10 +125,3 @@ def _serve(connection: Connection) -> None:
         if not stopping.is_set():
             connection.send(reason)
         trainers.clear()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)  # at once: a run may be killed at any moment without damage
