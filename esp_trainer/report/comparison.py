@@ -156,7 +156,7 @@ def _dots(axes: Axes, measure: _Measure, conditions: Sequence[Condition]) -> Non
         if len(values):
             axes.plot([values.mean()] * 2, [row - 0.18, row + 0.18], color=colour, linewidth=2)
         name = textwrap.shorten(condition.name, 56, placeholder=" ...")
-        axes.text(0, row - 0.28, name, transform=axes.get_yaxis_transform(), fontsize=8, parse_math=False)
+        axes.text(0, row - 0.24, name, transform=axes.get_yaxis_transform(), fontsize=8, va="bottom", parse_math=False)
     axes.set(xlabel=measure.axis, yticks=[], ylim=(len(conditions) - 0.6, -0.75))
     axes.spines["left"].set_visible(False)
     axes.margins(x=0.06)
