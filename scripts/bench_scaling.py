@@ -27,7 +27,7 @@ from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
 
-CONFIG = preset("paper-3v2")
+PAPER_CONFIG = preset("paper-3v2")
 SHARDS = (2, 8, 32)
 # A process of its own for each size, as a peak of memory is never forgotten.
 MEMORY_SCRIPT = """
@@ -78,7 +78,7 @@ def grow(n_trials: int, size: int, at_most: int) -> list[str]:
 
 def share(scales: Sequence[int], times: int) -> tuple[list[Shared], float]:
     """Return the trials of a generation of ``paper-3v2``, times each scale, in shards; and the round trip of a task."""
-    here = FusedEvaluator(CONFIG.env)
+    here = FusedEvaluator(PAPER_CONFIG.env)
     here.compile()
 
     def median(work: object) -> Seconds:
@@ -88,10 +88,10 @@ def share(scales: Sequence[int], times: int) -> tuple[list[Shared], float]:
     found = []
     with cluster.connected("local"):
         for scale in scales:
-            batch = first_generation(CONFIG.with_fields({"esp.n_trials": 1000 * scale}))
+            batch = first_generation(PAPER_CONFIG.with_fields({"esp.n_trials": 1000 * scale}))
             expected, alone = here.evaluate(batch), median(lambda batch=batch: here.evaluate(batch))
             for shards in SHARDS:
-                evaluator = ShardedEvaluator(CONFIG.env, shards, least_episodes=1)
+                evaluator = ShardedEvaluator(PAPER_CONFIG.env, shards, least_episodes=1)
                 if not np.array_equal(evaluator.evaluate(batch).fitness, expected.fitness):
                     raise AssertionError("shards gave other results")
                 taken = median(lambda batch=batch, evaluator=evaluator: evaluator.evaluate(batch))
@@ -110,9 +110,9 @@ def driver_seconds(batches: Sequence[Shared]) -> np.ndarray:
 
 def bytes_of_a_trial() -> tuple[float, float]:
     """Return what goes over the wire for a trial: to a worker, and from it."""
-    batch = first_generation(CONFIG)
+    batch = first_generation(PAPER_CONFIG)
     sent = (batch.predators.indices, batch.prey.indices, batch.starts)  # type: ignore[union-attr]
-    returned = FusedEvaluator(CONFIG.env).evaluate(batch)
+    returned = FusedEvaluator(PAPER_CONFIG.env).evaluate(batch)
     to, back = (len(pickle.dumps(each, protocol=5)) / len(batch.starts) for each in (sent, returned))
     return to, back
 

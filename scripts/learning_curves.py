@@ -33,7 +33,7 @@ OPPONENTS = DEFAULT_OPPONENTS["predators"]
 POINTS, EPISODES, GENERATIONS = 10, 400, 100
 SEE = "nearest_first"
 """What agents see in the curves, beside the offsets."""
-SIGHT_OPTIONS: dict[str, dict[str, Any]] = {
+SIGHT_ARMS: dict[str, dict[str, Any]] = {
     "offsets alone": {},
     "team-mates": {"see": "teammates"},
     "identity": {"see": "identity"},
@@ -105,7 +105,7 @@ def jobs(quick: bool) -> dict[str, tuple[Any, dict[str, Any]]]:
     """Return the function and the settings of each run, by its name."""
     small = {"steps": 3000, "n_worlds": 4} if quick else {}
     few = {"generations": 2, "esp.n_trials": 100} if quick else {"generations": GENERATIONS}
-    tasks, options = (["pond"], list(SIGHT_OPTIONS)[:2]) if quick else (list(STEPS), list(SIGHT_OPTIONS))
+    tasks, options = (["pond"], list(SIGHT_ARMS)[:2]) if quick else (list(STEPS), list(SIGHT_ARMS))
     found: dict[str, tuple[Any, dict[str, Any]]] = {}
     for task in tasks:
         for seed in SEEDS[:2] if quick else SEEDS:
@@ -113,7 +113,7 @@ def jobs(quick: bool) -> dict[str, tuple[Any, dict[str, Any]]]:
                 settings = {"task": task, "team": team, "seed": seed, "steps": STEPS[task], "see": SEE}
                 found[f"{task}, {team}/{seed}"] = learn, settings | small
     for name in options:
-        settings = {"task": "meadow", "seed": 0, "steps": STEPS["meadow"], **SIGHT_OPTIONS[name]}
+        settings = {"task": "meadow", "seed": 0, "steps": STEPS["meadow"], **SIGHT_ARMS[name]}
         found[f"option, {name}/0"] = learn, settings | small
     for name, changed in {"race": {}, "flee_nearest alone": {"prey.policy": OPPONENTS}}.items():
         for seed in EVOLVED_SEEDS[: 1 if quick else None]:
