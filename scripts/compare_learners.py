@@ -22,15 +22,14 @@ from learners.contestants import CONTESTANTS, small
 from learners.curves import Curves, draw, gather
 from learners.matrix import Matrix, play
 from learners.train import publish, train
-from study import study_options
+from study import StudyParser
 
 
 def main() -> None:
     """Do what is still to do."""
-    parser = study_options(__doc__, "runs/learners", "runs/quick")
-    options = parser.parse_args()
-    runs = options.runs or Path("runs/quick" if options.quick else "runs/learners")
-    out = options.out or Path("runs/quick" if options.quick else "docs")
+    parser = StudyParser(__doc__, "runs/learners", "runs/quick")
+    options = parser.read()
+    runs, out = options.runs, options.out
     kept = out / "benchmark" / "matrix.npz"
     if not options.report:
         contestants = [small(each) for each in CONTESTANTS] if options.quick else CONTESTANTS

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 import numpy as np
 from parts import report
 from parts.measure import measure_all
-from study import SMALL, evolve, study_options
+from study import SMALL, StudyParser, evolve
 
 from esp_trainer.sweep.plan import PlannedRun, read_plan
 
@@ -37,11 +37,10 @@ PLANS = [f"{study}-{task}" for study, tasks in TASKS.items() for task in tasks]
 
 def main() -> None:
     """Do and measure the missing runs, and write the pages."""
-    parser = study_options(__doc__, "runs", "runs/parts-quick")
+    parser = StudyParser(__doc__, "runs", "runs/parts-quick")
     parser.add_argument("--only", nargs="+", choices=PLANS, default=PLANS, help="only the runs of these plans")
-    options = parser.parse_args()
-    runs = options.runs or Path("runs/parts-quick" if options.quick else "runs")
-    out = options.out or Path("runs/parts-quick" if options.quick else "docs")
+    options = parser.read()
+    runs, out = options.runs, options.out
     for plan in () if options.report else options.only:
         planned = _planned(plan, options.quick)
         evolve(runs / plan, planned, options.workers)

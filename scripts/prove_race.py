@@ -13,7 +13,6 @@ to see that it works (its figures mean nothing).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,9 +21,8 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from race import report
 from race.measure import gather, kept_rows, measure_all
-from study import SMALL, evolve
+from study import SMALL, StudyParser, evolve
 
-from esp_trainer.cores import cores
 from esp_trainer.sweep.plan import PlannedRun, read_plan
 
 PLACE = Path(__file__).parent / "race"
@@ -33,18 +31,11 @@ TASKS = ("3v1", "3v2")
 
 def main() -> None:
     """Do and measure the missing runs, and write the page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
-    parser.add_argument("--report", action="store_true", help="run nothing")
+    parser = StudyParser(__doc__, "runs/race", "runs/race-quick")
     parser.add_argument("--tasks", nargs="+", choices=TASKS, default=TASKS)
     parser.add_argument("--only", nargs="+", metavar="CONDITION", help="only these conditions")
     parser.add_argument("--seeds", type=int, metavar="N", help="only the first seeds of each condition")
-    parser.add_argument("--runs", type=Path, help="where runs are kept; by default runs/race, or runs/race-quick")
-    parser.add_argument("--out", type=Path, help="where the page goes; by default docs, or runs/race-quick")
-    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
-    options = parser.parse_args()
-    options.runs = options.runs or Path("runs/race-quick" if options.quick else "runs/race")
-    options.out = options.out or Path("runs/race-quick" if options.quick else "docs")
+    options = parser.read()
     kept = options.out / "race" / "data"
     for task in options.tasks:
         panel, plan = (_plan(f"{kind}-{task}", options.quick) for kind in ("panel", "conditions"))

@@ -25,15 +25,14 @@ from reproduction.claims import read_claims, verdicts
 from reproduction.measure import measure
 from reproduction.results import StudyResults, load
 from reproduction.settings import Setting, read_settings, small
-from study import evolve, in_processes, study_options
+from study import StudyParser, evolve, in_processes
 
 
 def main() -> None:
     """Do what is still to do."""
-    parser = study_options(__doc__, "runs/reproduction", "runs/quick")
-    options = parser.parse_args()
-    runs = options.runs or Path("runs/quick" if options.quick else "runs/reproduction")
-    out = options.out or Path("runs/quick" if options.quick else "docs")
+    parser = StudyParser(__doc__, "runs/reproduction", "runs/quick")
+    options = parser.read()
+    runs, out = options.runs, options.out
     settings = small(read_settings()) if options.quick else read_settings()
     kept = out / "reproduction" / "data"
     panels = [each for each in settings.values() if each.part == "panel"]

@@ -38,15 +38,30 @@ SMALL: dict[str, Any] = {
 """Fields of a run that takes seconds and means nothing."""
 
 
-def study_options(about: str | None, runs: str, quick: str) -> argparse.ArgumentParser:
-    """Return the options of a study whose runs are kept in ``runs``, and in ``quick`` those of its quick form."""
-    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
-    parser.add_argument("--report", action="store_true", help="run nothing, only write the page again")
-    parser.add_argument("--runs", type=Path, help=f"where runs are kept; by default {runs}, or {quick}")
-    parser.add_argument("--out", type=Path, help=f"where the page goes; by default docs, or {quick}")
-    parser.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
-    return parser
+class StudyParser(argparse.ArgumentParser):
+    """The options of a study.
+
+    Args:
+        about: Description of the study.
+        runs: Where its runs are kept.
+        quick: Where the runs and the page of its quick form go.
+    """
+
+    def __init__(self, about: str | None, runs: str, quick: str) -> None:
+        super().__init__(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+        self.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
+        self.add_argument("--report", action="store_true", help="run nothing, only write the page again")
+        self.add_argument("--runs", type=Path, help=f"where runs are kept; by default {runs}, or {quick}")
+        self.add_argument("--out", type=Path, help=f"where the page goes; by default docs, or {quick}")
+        self.add_argument("--workers", type=int, default=cores(), help="processes; by default one a core")
+        self._places = {False: (runs, "docs"), True: (quick, quick)}
+
+    def read(self) -> argparse.Namespace:
+        """Return what was given, and where runs and page go if that was not."""
+        options = self.parse_args()
+        runs, out = map(Path, self._places[options.quick])
+        options.runs, options.out = options.runs or runs, options.out or out
+        return options
 
 
 def evolve(place: Path, runs: Sequence[PlannedRun], workers: int) -> None:

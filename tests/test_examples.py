@@ -63,10 +63,20 @@ def test_another_selection_scheme_breeds_predators_that_catch_prey(tmp_path: Pat
     assert all(0 < caught < 1 for caught in figures(r"(\d\.\d\d) in the last ones", told))
 
 
-def test_an_algorithm_of_ones_own_breeds_predators_that_catch_prey(tmp_path: Path) -> None:
-    told = printed("own_algorithm.py", tmp_path)
-    assert re.findall(r"^\w+", told, re.MULTILINE) == ["own", "esp"]
+@pytest.mark.parametrize(
+    ("example", "compared"),
+    [
+        ("own_algorithm.py", ["own", "esp"]),
+        pytest.param("own_network.py", ["leaky", "feedforward"], marks=pytest.mark.slow),
+        pytest.param("own_sight.py", ["near", "everywhere"], marks=pytest.mark.slow),
+    ],
+)
+def test_a_part_of_ones_own_evolves_predators_beside_another(example: str, compared: list[str], tmp_path: Path) -> None:
+    told = printed(example, tmp_path)
+    assert re.findall(r"^(\w+) *: the champions", told, re.MULTILINE) == compared
     assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
+    if example == "own_sight.py":
+        assert "predator_0 observes [-1.  9.  1.]" in told
 
 
 @pytest.mark.slow
@@ -76,21 +86,6 @@ def test_a_game_of_ones_own_is_evolved_and_measured(tmp_path: Path) -> None:
     rows = re.findall(r"^ +\d \|(.*)$", told, re.MULTILINE)
     assert len(rows) == 4
     assert all(0 <= float(payoff) <= 20 for row in rows for payoff in row.split())
-
-
-@pytest.mark.slow
-def test_a_network_of_ones_own_evolves(tmp_path: Path) -> None:
-    told = printed("own_network.py", tmp_path)
-    assert re.findall(r"^\w+", told, re.MULTILINE) == ["leaky", "feedforward"]
-    assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
-
-
-@pytest.mark.slow
-def test_predators_with_an_observation_of_ones_own_evolve(tmp_path: Path) -> None:
-    told = printed("own_sight.py", tmp_path)
-    assert "predator_0 observes [-1.  9.  1.]" in told
-    assert re.findall(r"^(\w+): the champions", told, re.MULTILINE) == ["near", "everywhere"]
-    assert all(0 <= caught <= 1 for caught in figures(r"(\d\.\d\d) in the end", told))
 
 
 def test_a_race_is_measured_by_cross_play(tmp_path: Path) -> None:

@@ -216,34 +216,6 @@ def transitive_share(caught: np.ndarray, episodes: int | np.ndarray) -> float:
     return decompose(caught, episodes).transitive_share
 
 
-def decompose_generations(caught: np.ndarray, episodes: Noise = None, scale: PayoffScale = "shares") -> Decomposition:
-    """Split the symmetric game between generations, each of which plays both roles, into transitive and cyclic part.
-
-    ``A[g, k] = M[g, k] - M[k, g]`` is a symmetric zero-sum game. Its transitive part is the gradient ``r_g - r_k`` of
-    the row means ``r``; the cyclic part is the curl, as in rock-paper-scissors (Balduzzi et al. 2019, as in
-    :func:`decompose`). The difference cancels effects that are equal in both roles, so these go unseen. An example is
-    predators that catch only the prey of their own time.
-
-    Args:
-        caught: Fraction of prey caught, ``(G, G)``, see :func:`as_square`; at least three generations, because fewer
-            have no cycle.
-        episodes: Number of independent episodes behind each fraction, see :func:`decompose`.
-        scale: Scale in which the matrix is decomposed, see :func:`decompose`.
-    """
-    values, noise = _scaled(as_square(caught, _total(episodes)), episodes, scale)
-    n = len(values)
-    if n < 3:
-        raise ValueError(f"a cycle takes at least three generations, got {n}")
-    game = values - values.T
-    strength = game.mean(axis=1)
-    ladder = strength[:, None] - strength
-    noise_off_diagonal = (noise + noise.T)[~np.eye(n, dtype=bool)].mean()
-    in_ladder = 2 / n  # n - 1 strengths out of n (n - 1) / 2 pairs
-    return _decomposition(
-        ladder, game - ladder, in_ladder * noise_off_diagonal, (1 - in_ladder) * noise_off_diagonal, n * (n - 1)
-    )
-
-
 def _decomposition(
     ladder: np.ndarray, rest: np.ndarray, ladder_noise: float, rest_noise: float, n: int
 ) -> Decomposition:

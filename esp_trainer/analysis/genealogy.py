@@ -83,10 +83,6 @@ class Genealogy:
     def __len__(self) -> int:
         return len(self.founders)
 
-    def champions_from_past(self) -> np.ndarray:
-        """Return the fraction of each champion's genes that came through a past champion, float64 ``(T,)``."""
-        return np.asarray((self.champions.past[:, _read(self.layout)] != NEVER).mean(axis=1))
-
     def ancestry(self, generation: int) -> Ancestry:
         """Return the ancestry of a generation's champion."""
         is_read, size = _read(self.layout), self.layout.size

@@ -8,7 +8,7 @@ from math import log
 import choix
 import numpy as np
 
-from esp_trainer.analysis.games import Sides, as_results, as_shares
+from esp_trainer.analysis.games import Sides, as_shares
 from esp_trainer.statistics import Z_95
 
 _POINTS_PER_NAT = 400 / log(10)
@@ -56,27 +56,6 @@ def rate(
     points = [_POINTS_PER_NAT * strengths for strengths in (fitted, fitted - half, fitted + half)]
     n_predators = len(caught)
     return Sides(Ratings(*(p[:n_predators] for p in points)), Ratings(*(p[n_predators:] for p in points)))
-
-
-def rate_payoffs(payoff: np.ndarray, variance: np.ndarray) -> Sides[Ratings]:
-    """Fit ratings to payoffs of any scale, by least squares.
-
-    A first team with rating ``r`` is paid ``r - s`` by a second team with rating ``s``. The mean rating of all is 0
-    where both sides have as many generations, so only differences have a meaning, as in :func:`rate`. The interval is
-    1.96 standard errors each way, which cover the sampling noise of the episodes.
-
-    Args:
-        payoff: Payoff to the first team, ``(G, H)``.
-        variance: Sampling variance of each payoff, ``(G, H)``.
-    """
-    payoff = as_results(payoff, total=0.0)
-    middle = payoff.mean() / 2
-    found = []
-    for axis, sign in ((1, 1), (0, -1)):
-        rating = sign * (payoff.mean(axis=axis) - middle)
-        half = Z_95 * np.sqrt(np.sum(variance, axis=axis)) / payoff.shape[axis]
-        found.append(Ratings(rating, rating - half, rating + half))
-    return Sides(*found)
 
 
 def _with_a_draw(caught: np.ndarray, episodes: int | np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ part in a trial share the team's fitness.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -66,9 +66,7 @@ class Subpopulations:
         """Parents of the neurons that were bred last, if they are kept."""
 
     @classmethod
-    def start(
-        cls, config: EspConfig, controller: Controller, n_genomes: int, generator: np.random.Generator
-    ) -> Subpopulations:
+    def start(cls, config: EspConfig, controller: Controller, n_genomes: int, generator: np.random.Generator) -> Self:
         """Return subpopulations with uniform random genes."""
         n_networks, n_hidden, n_genes = controller.shape
         shape = (n_genomes, n_networks, n_hidden, config.subpopulation_size, n_genes)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any, Self
+
 import numpy as np
 
-from esp_trainer.config import EspConfig
 from esp_trainer.esp.subpopulations import Subpopulations
-from esp_trainer.networks.controller import Controller
 from esp_trainer.types import Fitness
 
 
@@ -22,20 +22,9 @@ class Alive(Subpopulations):
     bound, decay, step = np.inf, 0.0, 0.0
 
     @classmethod
-    def start(
-        cls,
-        config: EspConfig,
-        controller: Controller,
-        n_genomes: int,
-        generator: np.random.Generator,
-        *,
-        bound: float = bound,
-        decay: float = decay,
-        step: float = step,
-    ) -> Alive:
-        """Return subpopulations with uniform random genes."""
-        started = super().start(config, controller, n_genomes, generator)
-        assert isinstance(started, Alive)
+    def start(cls, *given: Any, bound: float = bound, decay: float = decay, step: float = step) -> Self:
+        """Return subpopulations with uniform random genes, as ``esp`` begins."""
+        started = super().start(*given)
         started.bound, started.decay, started.step = bound, decay, step
         return started
 

@@ -12,12 +12,10 @@ from hypothesis.extra.numpy import arrays
 from scipy.special import expit
 
 from esp_trainer.analysis.games import (
-    Decomposition,
     PayoffScale,
     as_shares,
     as_square,
     decompose,
-    decompose_generations,
     exploitability_of_generations,
     mixture_exploitability,
     solve_matrix,
@@ -81,22 +79,18 @@ def test_a_best_response_takes_what_it_can():
     assert mixture_exploitability(ROCK_PAPER_SCISSORS, half, half) == pytest.approx((0.25, 0.25))
 
 
-@pytest.mark.parametrize("decomposed", [decompose, decompose_generations])
 @pytest.mark.parametrize(
     ("caught", "share"),
     # The mixture's ladder: 0.01 * (4 * 1 + 2 * 4) = 0.12; its cycle: 6 * 0.04 = 0.24.
     [(ROCK_PAPER_SCISSORS, 0.0), (LADDER, 1.0), (MIXTURE, 1 / 3)],
 )
-def test_the_transitive_share_is_known(decomposed: Callable[..., Decomposition], caught: np.ndarray, share: float):
-    assert decomposed(caught).transitive_share == pytest.approx(share)
+def test_the_transitive_share_is_known(caught: np.ndarray, share: float):
+    assert decompose(caught).transitive_share == pytest.approx(share)
 
 
 def test_the_parts_are_mean_squares():
     parts = decompose(MIXTURE)
     assert (parts.transitive, parts.cyclic) == pytest.approx((0.12 / 9, 0.24 / 9))
-    # Twice the differences, over the six entries off the diagonal.
-    both_roles = decompose_generations(MIXTURE)
-    assert (both_roles.transitive, both_roles.cyclic) == pytest.approx((4 * 0.12 / 6, 4 * 0.24 / 6))
 
 
 def test_that_one_role_is_easier_ranks_nobody():
@@ -104,10 +98,9 @@ def test_that_one_role_is_easier_ranks_nobody():
     assert np.isnan(decompose(np.full((4, 3), 0.9)).transitive_share)
 
 
-def test_specialists_are_cyclic_between_the_sides_and_alike_in_both_roles():
+def test_specialists_are_cyclic():
     own_time_only = np.eye(4)
     assert decompose(own_time_only).transitive_share == 0
-    assert np.isnan(decompose_generations(own_time_only).transitive_share)
 
 
 def test_a_bradley_terry_ladder_is_additive_in_log_odds_only():
@@ -123,12 +116,11 @@ def test_the_sides_decompose_alike(caught: np.ndarray):
     assert one.transitive + one.cyclic == pytest.approx(caught.var(), abs=1e-12)
 
 
-@pytest.mark.parametrize("decomposed", [decompose, decompose_generations])
 @pytest.mark.parametrize(("scale", "tolerance"), [("shares", 0.03), ("log-odds", 0.06)])
-def test_sampling_noise_is_taken_off(decomposed: Callable[..., Decomposition], scale: PayoffScale, tolerance: float):
+def test_sampling_noise_is_taken_off(scale: PayoffScale, tolerance: float):
     caught, generator = np.kron(np.ones((4, 4)), MIXTURE), np.random.default_rng(3)
-    truth = decomposed(caught, scale=scale)
-    samples = [decomposed(generator.binomial(20, caught) / 20, 20, scale) for _ in range(300)]
+    truth = decompose(caught, scale=scale)
+    samples = [decompose(generator.binomial(20, caught) / 20, 20, scale) for _ in range(300)]
     assert np.mean([s.transitive for s in samples]) == pytest.approx(truth.transitive, rel=tolerance)
     assert np.mean([s.cyclic for s in samples]) == pytest.approx(truth.cyclic, rel=tolerance)
 
@@ -142,9 +134,8 @@ def test_the_noise_of_a_small_game_is_worked_out_by_hand():
 
 
 def test_what_is_less_than_noise_is_nothing():
-    for decomposed in (decompose, decompose_generations):
-        parts = decomposed(np.full((4, 4), 0.5), episodes=10)
-        assert (parts.transitive, parts.cyclic) == (0, 0)
+    parts = decompose(np.full((4, 4), 0.5), episodes=10)
+    assert (parts.transitive, parts.cyclic) == (0, 0)
 
 
 def test_noise_about_a_ladder_is_no_cycle():
@@ -163,7 +154,6 @@ def test_noise_about_a_ladder_is_no_cycle():
         (lambda: as_shares(np.array([[0.5, np.nan]])), r"caught must lie in \[0, 1\], got nan to nan"),
         (lambda: as_square(np.zeros((2, 3))), r"same generations on both sides, got shape \(2, 3\)"),
         (lambda: decompose(np.zeros((1, 3))), r"at least two generations of each side, got shape \(1, 3\)"),
-        (lambda: decompose_generations(np.zeros((2, 2))), "at least three generations, got 2"),
         (lambda: decompose(LADDER, episodes=1), "episodes must be at least 2, got 1"),
         (lambda: decompose(ROCK_PAPER_SCISSORS, scale="log-odds"), "need the number of episodes, got None"),
     ],

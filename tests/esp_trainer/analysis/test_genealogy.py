@@ -67,7 +67,6 @@ def test_curves_and_ancestry_are_those_worked_out_by_hand() -> None:
     # In generation 2 each place has one founder twice and two once: 4^2 / (2^2 + 1 + 1).
     assert genealogy.founders.tolist() == pytest.approx([4, 2, 16 / 6, 2, 1])
     assert genealogy.from_past.tolist() == pytest.approx([0, 0, 3 / 12, 7 / 12, 1])
-    assert genealogy.champions_from_past().tolist() == pytest.approx([0, 0, 2 / 3, 1, 1])
     ancestry = genealogy.ancestry(3)
     assert ancestry.founders.tolist() == [pytest.approx([0, 2 / 3, 1 / 3, 0])]
     assert ancestry.past == pytest.approx({0: 1 / 3, 1: 2 / 3})

@@ -15,7 +15,6 @@ from esp_trainer.analysis.progress import (
     master_tournament,
     two_sided,
 )
-from esp_trainer.analysis.ratings import rate_payoffs
 from esp_trainer.statistics import Payoffs, mean_of, results_in_short, summarise
 from esp_trainer.types import TrialResult
 
@@ -73,14 +72,6 @@ def test_a_generation_dominates_if_its_lead_exceeds_the_noise() -> None:
     # The margin is 2.33 standard errors of a difference: 2.33 sqrt(2 v) with 5 later generations.
     assert dominant_generations(rising, np.full((6, 6), 9.1)) == [0, 1, 2, 3, 4, 5]
     assert dominant_generations(rising, np.full((6, 6), 9.4)) == [0, 2, 4]
-
-
-def test_ratings_are_what_a_side_adds_to_the_payoff() -> None:
-    predators, prey = rate_payoffs(LADDER, np.full((6, 6), 6.0))
-    assert predators.rating[:, None] - prey.rating == pytest.approx(LADDER)
-    assert np.concatenate([predators.rating, prey.rating]).mean() == pytest.approx(0)
-    assert predators.high - predators.rating == pytest.approx(np.full(6, 1.96 * 1.0), rel=1e-4)
-    assert prey.rating - prey.low == pytest.approx(np.full(6, 1.96 * 1.0), rel=1e-4)
 
 
 def test_episodes_are_summarised_by_payoffs() -> None:
