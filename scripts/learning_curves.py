@@ -2,14 +2,13 @@
 
     nice python scripts/learning_curves.py            # some 25 CPU-minutes; runs that are there are not made again
     python scripts/learning_curves.py --report        # only the page and the figure, from docs/learning/curves.json
-    python scripts/learning_curves.py --quick --out somewhere --runs elsewhere
+    python scripts/learning_curves.py --quick         # small runs that mean nothing, into runs/learning-quick
 
 The learner is that of examples/ppo_one_team.py. Needs PyTorch.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from dataclasses import replace
@@ -18,7 +17,7 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from study import fill, in_processes, table
+from study import StudyParser, fill, in_processes, table
 
 from esp_trainer import WORLDS, Arena, FusedEvaluator, History, preset
 from esp_trainer.analysis import plots
@@ -207,14 +206,9 @@ def page(curves: dict[str, list[list[list[float]]]], place: Path) -> None:
 
 def main() -> None:
     """Train what is not there, and write the page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=Path, default=ROOT / "runs" / "learning", help="where runs are kept")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs", help="where learning.md is written")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
+    parser = StudyParser(__doc__, "runs/learning", "runs/learning-quick")
     parser.add_argument("--only", default="", help="only runs whose name begins so; no page")
-    parser.add_argument("--quick", action="store_true", help="small runs, as a test")
-    parser.add_argument("--report", action="store_true", help="only the page, from curves.json")
-    options = parser.parse_args()
+    options = parser.read()
     file, planned = options.out / "learning" / "curves.json", jobs(options.quick)
     if not options.report:
         for work in (learn, evolve):

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -24,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from study import commit
 from tqdm import tqdm
 
 from esp_trainer import RunConfig, Team, preset
@@ -279,14 +279,6 @@ def matrix_file(place: Path, task: str) -> Path:
 def _made(path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
-
-
-def commit() -> str:
-    """Return the commit of this repository, or ``unknown``."""
-    try:
-        return subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
-    except (OSError, subprocess.CalledProcessError):  # no git, or no repository
-        return "unknown"
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ minute, to see that it works (its figures mean nothing).
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -25,7 +24,7 @@ from reproduction.claims import read_claims, verdicts
 from reproduction.measure import measure
 from reproduction.results import StudyResults, load
 from reproduction.settings import Setting, read_settings, small
-from study import StudyParser, evolve, in_processes
+from study import StudyParser, commit, evolve, in_processes
 
 
 def main() -> None:
@@ -89,15 +88,11 @@ def draw(results: dict[str, StudyResults], kept: Path) -> None:
 
 def made_by(missing: list[str]) -> str:
     """Return the command, the commit and the versions behind a page, and what is missing in it."""
-    try:
-        commit = subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
-    except (OSError, subprocess.CalledProcessError):  # no git, or no repository
-        commit = "unknown"
     packages = ", ".join(f"{name} {version(name)}" for name in ("predprey-esp", "numpy", "numba"))
     command = " ".join(["python", "scripts/reproduce_paper.py", *sys.argv[1:]])
     names = ", ".join(f"`{name}`" for name in missing)
     left_out = f"**Not run whole yet, and not in this report: {names}.** " if names else ""
-    return f"{left_out}`{command}` at commit {commit}, {packages}"
+    return f"{left_out}`{command}` at commit {commit()}, {packages}"
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import os
 import platform
 import re
 import string
+import subprocess
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -113,6 +114,14 @@ def fill(template: Path, values: Mapping[str, object]) -> str:
     fields = [[name for _, name, _, _ in string.Formatter().parse(section) if name] for section in sections]
     there = (s for s, names in zip(sections, fields, strict=True) if all(values[name] is not None for name in names))
     return "".join(there).format_map(values)
+
+
+def commit() -> str:
+    """Return the commit of this repository, or ``unknown``."""
+    try:
+        return subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
+    except (OSError, subprocess.CalledProcessError):  # no git, or no repository
+        return "unknown"
 
 
 def machine(packages: Iterable[str]) -> str:
