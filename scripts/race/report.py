@@ -134,9 +134,9 @@ def _splitting(found: Task) -> str:
     verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
     return (
         f"**Split networks against one network for each prey** (`race-monolithic`, {len(whole['config'])} seeds, else "
-        f"the same): the prey's second-half gain is larger by {_difference(late)}, and their level at the end by "
-        f"{_difference(reached)}. By the protocol the second hypothesis, that splitting sustains the race, "
-        f"**{verdict}** for these seeds."
+        f"the same): the prey's second-half gain is larger by {_difference(late)} (p {late.p:.2g} without correction), "
+        f"and their level at the end by {_difference(reached)}. By the protocol the second hypothesis, that splitting "
+        f"sustains the race, **{verdict}** for these seeds."
     )
 
 
