@@ -101,7 +101,7 @@ def caught_by_each(
 
 
 @dataclass(frozen=True)
-class MeasuredCondition:
+class MeasuredRun:
     """Measurements of a run."""
 
     generations: np.ndarray
@@ -122,7 +122,7 @@ class Condition:
     """Measured runs that differ only in their seeds."""
 
     name: str
-    runs: Sequence[MeasuredCondition]
+    runs: Sequence[MeasuredRun]
 
     def known(self, measure: str) -> np.ndarray:
         """Return the values of a measure, without those of runs in which it is nan: float64 ``(n,)``."""
@@ -149,7 +149,7 @@ def measure_history(
     *,
     n_generations: int = PANEL_GENERATIONS,
     n_episodes: int = CELL_EPISODES,
-) -> MeasuredCondition:
+) -> MeasuredRun:
     """Measure the champions of generations evenly spread over a run.
 
     Args:
@@ -184,7 +184,7 @@ def measure_history(
                 values[measure_name(role, panel, kind)] = value
     in_loop = history.payoff
     values["caught" if captures else "payoff"] = float(in_loop[-max(1, len(in_loop) // 3) :].mean())
-    return MeasuredCondition(generations, curves, in_loop, values, captures)
+    return MeasuredRun(generations, curves, in_loop, values, captures)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from esp_trainer.analysis.comparison import (
     LEAST,
     SCRIPTED,
     Condition,
-    MeasuredCondition,
+    MeasuredRun,
     Panel,
     held_out_opponents,
     measure_history,
@@ -29,7 +29,7 @@ from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.registry import make_evaluator
 from esp_trainer.files import check_place, write_table, write_text
 from esp_trainer.report.comparison import comparison_page
-from esp_trainer.report.comparison_tables import notes_on, on_terminal, tables
+from esp_trainer.report.comparison_tables import answer, compared, notes_on, on_terminal, tables
 from esp_trainer.report.source import SPREADS, RunSource, cut
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.sweep.plan import read_plan
@@ -64,16 +64,19 @@ def compare(
     panels = {HELD_OUT: held_out_opponents(env, others), SCRIPTED: script_panel(another_game=env is None)}
     measured = _measure(by_condition, panels, make_evaluator(config), settings)
     against = next(each for each in measured if each.name == baseline)
-    found = tables(measured, against)
+    differences = compared(measured, against)
+    found, verdict = tables(measured, against, differences), answer(differences, against)
     notes += [*more, *notes_on(measured, against)]
     title = "Comparison of " + (runs[0].resolve().name if len(runs) == 1 else f"{len(sources)} runs")
-    html = comparison_page(title, measured, found, notes)
+    html = comparison_page(title, verdict, measured, found, notes)
     if csv:
         _write(csv, by_condition, measured)
     write_text(place, html)
     print("\n\n".join("\n".join(on_terminal(table)) for table in found))
     for note in notes:
         say(f"note: {note}")
+    if verdict:
+        print(f"\n{verdict}")
     print(f"open {place} in a browser ({place.stat().st_size / 1e6:.1f} MB)")
     return 0
 
@@ -191,7 +194,7 @@ def _measure(
     evaluator: Evaluator,
     settings: CompareOptions,
 ) -> list[Condition]:
-    def measured(source: RunSource) -> MeasuredCondition:
+    def measured(source: RunSource) -> MeasuredRun:
         say(f"playing {source.path} ...")
         n_generations, n_episodes = settings.generations, settings.episodes
         found = measure_history(_history(source), panels, evaluator, n_generations=n_generations, n_episodes=n_episodes)

@@ -58,11 +58,14 @@ class _Measure:
     """Names of all measures whose dot plots share an axis with this one."""
 
 
-def comparison_page(title: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]) -> str:
+def comparison_page(
+    title: str, answer: str, conditions: Sequence[Condition], tables: Sequence[Table], notes: Sequence[str]
+) -> str:
     """Return the page as HTML.
 
     Args:
         title: Title of the page.
+        answer: What the comparison comes to, in a sentence.
         conditions: Conditions in the order of their colours.
         tables: Tables to show below the figures.
         notes: Notes for the reader.
@@ -71,6 +74,7 @@ def comparison_page(title: str, conditions: Sequence[Condition], tables: Sequenc
     n_runs = sum(len(condition.runs) for condition in conditions)
     return Template((place / "comparison.html").read_text("utf-8")).substitute(
         title=escape(title),
+        answer=escape(answer),
         subtitle=f"{counted(len(conditions), 'condition')}, {counted(n_runs, 'run')}",
         legend="\n".join(f"<li>{_swatch(i)} {escape(each.name)}</li>" for i, each in enumerate(conditions)),
         notes="\n".join(f"<li>{escape(note)}</li>" for note in notes),

@@ -46,16 +46,37 @@ def _is_known(conditions: Sequence[Condition], measure: str) -> bool:
     return any(len(condition.known(measure)) for condition in conditions)
 
 
-def tables(conditions: Sequence[Condition], baseline: Condition) -> list[Table]:
+def compared(conditions: Sequence[Condition], baseline: Condition) -> list[Contrast]:
+    """Return the difference of every other condition from the baseline in each measure that is shown."""
+    return contrasts(conditions, baseline, [name for role in ROLES for name in shown(conditions, role)])
+
+
+def answer(found: Sequence[Contrast], baseline: Condition) -> str:
+    """Return in a sentence which differences from the baseline are significant; empty if nothing is compared."""
+    tested = [each for each in found if each.p is not None]
+    clear = [each for each in tested if each.p is not None and each.p < 0.05]
+    if not found:
+        return ""
+    if not tested:
+        return f"No verdict: a test takes at least {MIN_SEEDS} seeds of each condition."
+    if not clear:
+        return f"No difference from {baseline.name} is significant."
+    told = "; ".join(f"{each.condition} in {_in_words(each.measure)} ({each.difference:+.2f})" for each in clear)
+    return f"Significant differences from {baseline.name}: {told}."
+
+
+def tables(conditions: Sequence[Condition], baseline: Condition, found: Sequence[Contrast]) -> list[Table]:
     """Return a table of means for each side, and a table of differences from the baseline for each other condition."""
     names = {role: shown(conditions, role) for role in ROLES}
-    found = [_means(conditions, role, measures) for role, measures in names.items() if measures]
-    compared = contrasts(conditions, baseline, [name for measures in names.values() for name in measures])
-    return found + [
-        _differences([each for each in compared if each.condition == condition.name], condition, baseline)
+    return [_means(conditions, role, measures) for role, measures in names.items() if measures] + [
+        _differences([each for each in found if each.condition == condition.name], condition, baseline)
         for condition in conditions
         if condition is not baseline
     ]
+
+
+def _in_words(measure: str) -> str:
+    return f"{measure.partition('_')[0]}, {_IN_WORDS[measure]}"
 
 
 def _means(conditions: Sequence[Condition], role: Role, measures: Sequence[str]) -> Table:
@@ -73,8 +94,7 @@ def _differences(found: Sequence[Contrast], condition: Condition, baseline: Cond
     """Return a table with a row for each measure."""
     rows = []
     for each in found:
-        role, _, _ = each.measure.partition("_")
-        first, compared = f"{role}, {_IN_WORDS[each.measure]}", each.comparison
+        first, compared = _in_words(each.measure), each.comparison
         if compared is None:
             rows.append((first, f"{each.difference:+.3f}", "-", "-"))
         else:

@@ -10,7 +10,7 @@ from esp_trainer.analysis.comparison import (
     HELD_OUT,
     SCRIPTED,
     Condition,
-    MeasuredCondition,
+    MeasuredRun,
     caught_by_each,
     contrasts,
     held_out_opponents,
@@ -129,7 +129,7 @@ def test_a_held_out_run_sends_six_champions_of_each_side() -> None:
 
 def condition(name: str, **values: list[float]) -> Condition:
     seeds = [dict(zip(values, each, strict=True)) for each in zip(*values.values(), strict=True)]
-    return Condition(name, [MeasuredCondition(np.arange(3), {}, np.zeros(3), seed) for seed in seeds])
+    return Condition(name, [MeasuredRun(np.arange(3), {}, np.zeros(3), seed) for seed in seeds])
 
 
 def test_differences_are_corrected_over_all_that_are_told() -> None:

@@ -95,6 +95,7 @@ def test_a_directory_of_runs_is_compared_by_condition(esp_trainer: Callable[...,
         )
         assert re.split(r"\s{2,}", line) == [f"esp.past_share={share}", "3", str(level), str(late)]
     assert "esp.past_share=0.5 against esp.past_share=0" in lines
+    assert lines[-3:-1] == ["", "No difference from esp.past_share=0 is significant."]
     assert lines[-1].startswith(f"open {both / 'compare.html'} in a browser (")
     least = "With so few seeds no p can be below 0.05: corrected over 4 differences, the least possible is 0.4."
     assert notes_of(outcome) == [NOBODY, least]
@@ -148,6 +149,7 @@ def test_the_page_holds_every_condition_and_asks_for_nothing(esp_trainer: Callab
     legend = html.unescape(page[page.index('<ul class="legend">') : page.index('<ul class="notes">')])
     assert re.findall(r"</svg>\s*([^<]+)</li>", legend) == ["esp.past_share=0", "esp.past_share=0.5"]
     assert NOBODY in page
+    assert '<p class="answer">No difference from esp.past_share=0 is significant.</p>' in page
     figures = re.findall(r'<svg role="img" aria-label="([^"]+)"', page)
     assert len(figures) == 4 + 2 + 2  # curves and dots of both sides against scripts, of success, dots of both signals
     for words in figures:
@@ -161,7 +163,8 @@ def test_the_page_holds_every_condition_and_asks_for_nothing(esp_trainer: Callab
 
 def test_names_are_text_on_the_page(esp_trainer: Callable[..., Any], place: Path, tmp_path: Path) -> None:
     run = Path(shutil.copytree(place / "both/past-0-1", tmp_path / "<b>&amp;"))
-    assert esp_trainer("compare", run, *FEW, "--out", "a.html").code == 0
+    outcome = esp_trainer("compare", run, *FEW, "--out", "a.html")
+    assert "difference" not in outcome.out, "there is nothing to compare"
     assert "<h1>Comparison of &lt;b&gt;&amp;amp;</h1>" in Path("a.html").read_text("utf-8")
 
 
