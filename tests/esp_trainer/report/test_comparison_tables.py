@@ -27,13 +27,12 @@ def contrast(condition: str, measure: str, difference: float, p: float | None) -
         ([contrast("race", "prey_held_out_level", 0.3, 0.05)], "No difference from paper is significant."),
         (
             [
-                contrast("race", "prey_held_out_level", 0.312, 0.049),
+                contrast("a", "prey_scripts_level", 0.312, 0.049),
                 contrast("race", "predators_scripts_level", -0.2, 0.5),
-                contrast("pool", "predators_held_out_late_progress", -0.204, 0.001),
+                contrast("b", "prey_held_out_level", -0.204, 0.001),
                 contrast("few", "prey_held_out_level", 0.9, None),
             ],
-            "Significant differences from paper: race in prey, level, held-out (+0.31); "
-            + "pool in predators, 2nd-half progress, held-out (-0.20).",
+            "Significant differences from paper: a in prey, level, scripts (+0.31); b in prey, level, held-out (-0.20).",
         ),
     ],
 )
