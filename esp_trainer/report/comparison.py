@@ -120,9 +120,9 @@ def _against(role: Role, panel: str, *, captures: bool) -> _Measure:
         name = f"{role}_{panel}"
         return condition.runs[0].generations, [run.curves[name] for run in condition.runs if name in run.curves]
 
-    return _Measure(
-        role.capitalize(), _RESULTS[role] if captures else _PAYOFF, curves, measure_name(role, panel, "level")
-    )
+    axis = _RESULTS[role] if captures else _PAYOFF
+    both = tuple(measure_name(each, panel, "level") for each in ROLES)
+    return _Measure(role.capitalize(), axis, curves, measure_name(role, panel, "level"), both)
 
 
 def _success(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -142,6 +142,8 @@ def _figures(measure: _Measure, conditions: Sequence[Condition], title: str) -> 
                 window = _WINDOW if measure.measure in ("caught", "payoff") else 1
                 plots.curve(axes, x, np.stack(curves), condition.name, number, window=window)
         axes.set(xlabel="generation", ylabel=measure.axis)
+        if "fraction" in measure.axis:
+            axes.set_ylim(0, 1)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         words = f"{title}: {measure.title}, {measure.axis} by generation. In the end: {said}"
         drawn.append(_svg(figure, f"{measure.measure}-curves", words))

@@ -8,7 +8,7 @@ from esp_trainer.analysis.comparison import Condition, Contrast
 from esp_trainer.analysis.inference import Comparison
 from esp_trainer.report.comparison_tables import answer
 
-PAPER = Condition("paper", [])
+BASELINE = Condition("old", [])
 
 
 def contrast(condition: str, measure: str, difference: float, p: float | None) -> Contrast:
@@ -24,7 +24,7 @@ def contrast(condition: str, measure: str, difference: float, p: float | None) -
             [contrast("race", "prey_held_out_level", 0.3, None)],
             "No verdict: a test takes at least 3 seeds of each condition.",
         ),
-        ([contrast("race", "prey_held_out_level", 0.3, 0.05)], "No difference from paper is significant."),
+        ([contrast("race", "prey_held_out_level", 0.3, 0.05)], "No difference from old is significant."),
         (
             [
                 contrast("a", "prey_scripts_level", 0.312, 0.049),
@@ -32,9 +32,9 @@ def contrast(condition: str, measure: str, difference: float, p: float | None) -
                 contrast("b", "prey_held_out_level", -0.204, 0.001),
                 contrast("few", "prey_held_out_level", 0.9, None),
             ],
-            "Significant differences from paper: a in prey, level, scripts (+0.31); b in prey, level, held-out (-0.20).",
+            "Significant differences from old: a in prey, level, scripts (+0.31); b in prey, level, held-out (-0.20).",
         ),
     ],
 )
 def test_the_answer_names_every_significant_difference(found: list[Contrast], told: str) -> None:
-    assert answer(found, PAPER) == told
+    assert answer(found, BASELINE) == told
