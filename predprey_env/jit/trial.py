@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
-Function: TypeAlias = Callable[..., Any]
+from predprey_env.jit.compilation import Function
 
 
 class Rows(dict[int, Any]):
