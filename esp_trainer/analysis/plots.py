@@ -56,6 +56,14 @@ def legend(axes: Axes, **where: str) -> None:
     axes.legend(frameon=True, framealpha=0.6, edgecolor="none", fontsize=8, **where)
 
 
+def legend_above(axes: Axes) -> None:
+    """Add the legend of one panel above all panels of its figure, where it hides no curve."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, fontsize=8)
+
+
 def save(figure: Figure, path: Path, data: Table) -> None:
     """Write a figure, and its data as a CSV file of the same name."""
     path.parent.mkdir(parents=True, exist_ok=True)

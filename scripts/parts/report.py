@@ -138,5 +138,5 @@ def _draw(found: Mapping[str, Arrays], path: Path) -> None:
             panel.set(
                 title=f"{_TITLES[task]}, {role}", xlabel="generation", ylabel="against held-out teams", ylim=(0, 1)
             )
-    plots.legend(axes[1], loc="upper left")  # where no curve is
+    plots.legend_above(axes[0])
     plots.save(figure, path, data)

@@ -50,5 +50,5 @@ def _draw(
             drawn = plots.curve(panel, x, values, name, number, window=window)
             data |= {"generation": x} | {f"{role}, {name}: {part}": each for part, each in drawn.items()}
         panel.set(title=who + role, xlabel=x_label, ylabel=y_label, ylim=(0, 1))
-        plots.legend(panel)
+    plots.legend_above(axes[0])
     plots.save(figure, file, data)

@@ -21,8 +21,8 @@ TRACKED = {
     "3v1": ("role switch", "blocker", "opposing attack", "encirclement", "baiting", "sidestepping"),
     "3v2": ("role switch", "blocker", "opposing attack", "herding", "simultaneous capture", "scattering"),
 }
-FIRST = ("race", "paper", "bias", "pool", "bias-pool")
-"""Conditions that figures show, in this order; tables show all."""
+FIRST = ("race", "race-monolithic", "paper", "bias-pool")
+"""Conditions that figures show, in this order; tables show all, these first."""
 
 
 def write(kept: Path, out: Path) -> None:
