@@ -59,11 +59,13 @@ def _in_short(found: Task) -> str:
     def reached(arrays: Arrays, role: Role) -> str:
         return f"{endpoints.level(arrays, role, 'panel').mean():.2f}"
 
+    whole = found.get("race-monolithic")
+    single = f" Of prey that have one network in all, {reached(whole, 'prey')} escape." if whole else ""
     return (
         f"In the recommended setting the prey {_course(race, 'prey')}; the predators {_course(race, 'predators')} "
         f"({len(race['config'])} seeds). In the end {reached(race, 'prey')} of the prey escape from predators that\n"
         f"nobody trained on, and the predators catch {reached(race, 'predators')} of such prey. In the paper's setting "
-        f"{reached(paper, 'prey')} of the prey escape, and the predators catch {reached(paper, 'predators')}."
+        f"{reached(paper, 'prey')} of the prey escape, and the predators catch {reached(paper, 'predators')}.{single}"
     )
 
 
