@@ -84,6 +84,7 @@ def _of_task(task: str, found: Task) -> str:
             f"## {TASK_TITLES[task]}",
             *([_answer(found["race"])] if "race" in found else []),
             *([_splitting(found)] if {"race", "race-monolithic"} <= found.keys() else []),
+            *([_growing(found["growing-steps"])] if "growing-steps" in found else []),
             f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
             _table(found, _LEVELS),
@@ -139,6 +140,15 @@ def _splitting(found: Task) -> str:
         f"the same): the prey's second-half gain is larger by {_difference(late)} (p {late.p:.2g} without correction), "
         f"and their level at the end by {_difference(reached)}. By the protocol the second hypothesis, that splitting "
         f"sustains the race, **{verdict}** for these seeds."
+    )
+
+
+def _growing(arrays: Arrays) -> str:
+    """Return what mutations in proportion to the genes come to in the second half of a run."""
+    predators, prey = (endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=True)) for role in ROLES)
+    return (
+        f"**Mutations that grow with the genes** (`growing-steps`, {len(arrays['config'])} seeds, else the same; added "
+        f"after the protocol, so a first look): in the second half the predators gain {predators}, and the prey {prey}."
     )
 
 
