@@ -140,7 +140,9 @@ def test_threads_change_nothing(
     assert Path("run/checkpoint.safetensors").read_bytes() == (smoke_run / "checkpoint.safetensors").read_bytes()
 
 
-@pytest.mark.parametrize("command", [["train", "smoke"], ["resume", "run"]], ids=["train", "resume"])
+@pytest.mark.parametrize(
+    "command", [["train", "smoke"], ["resume", "run", "--generations", "2"]], ids=["train", "resume"]
+)
 def test_an_interrupt_before_the_first_generation_ends_in_one_line(
     command: list[str], esp_trainer: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
