@@ -201,10 +201,9 @@ def _try_for(name: str, rules: Any, agent: int, apart: int) -> None:
     rule = observe.registry[type(sight)]
     done, end = try_rule(rule, sight, _World(x, y, alive), moved, agent, rules, out, 0)
     n_agents = rules.n_predators + rules.n_prey
-    lengths = {"world.x": (x, n_agents), "world.y": (y, n_agents), "world.alive": (alive, rules.n_prey)}
-    for read, (rows, n_rows) in {**lengths, "moved": (moved, n_agents)}.items():
-        if (row := rows.outside(n_rows)) is not None:
-            raise ValueError(f"{called} must keep to the {n_rows} rows of {read}, got row {row}")
+    for read, rows in {"world.x": x, "world.y": y, "moved": moved}.items():
+        rows.check(called, read, n_agents)
+    alive.check(called, "world.alive", rules.n_prey)
     if done:
         hunts = agent < rules.n_predators
         sizes = (rules.n_predators, rules.n_prey) if hunts else (rules.n_prey, rules.n_predators)

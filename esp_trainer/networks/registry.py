@@ -64,25 +64,19 @@ def _check_rule(name: str, network: Any, n_inputs: int, n_outputs: int) -> None:
     """Try the rule of a network, twice, and raise :class:`ValueError` unless it keeps to its rows and its outputs."""
     number = np.random.default_rng(0)
     weights, inputs = (Rows(lambda _: np.float32(number.normal())) for _ in range(2))
-    memory = Rows(lambda _: np.int32(0))
+    memory, called = Rows(lambda _: np.int32(0)), f"the rule of network {name}"
     for _ in range(2):
         first = n_outputs - len(network.blank)
         done, outputs = try_rule(
             respond.registry[type(network)], network, weights, 0, inputs, n_inputs, first, memory, 0
         )
-        for said, rows, called, n_rows in (
-            ("genes()", weights, "weights", network.n_hidden * network.n_genes),
-            ("n_inputs", inputs, "inputs", n_inputs),
-            ("memory()", memory, "memory", network.n_memory),
-        ):
-            if (row := rows.outside(n_rows)) is not None:
-                expected = f"must keep to the first {n_rows} rows of {called}, as {said} says"
-                raise ValueError(f"the rule of network {name} {expected}, got row {row}")
+        weights.check(called, "weights, as genes() says", network.n_hidden * network.n_genes)
+        inputs.check(called, "inputs, as n_inputs says", n_inputs)
+        memory.check(called, "memory, as memory() says", network.n_memory)
         if not done:
             return
-        expected = f"the rule of network {name} must return {len(network.blank)} finite outputs"
         if not isinstance(outputs, tuple) or len(outputs) != len(network.blank) or not np.isfinite(outputs).all():
-            raise ValueError(f"{expected}, got {brief(outputs)}")
+            raise ValueError(f"{called} must return {len(network.blank)} finite outputs, got {brief(outputs)}")
 
 
 def _check_number(name: str, call: str, got: Any, least: int) -> None:

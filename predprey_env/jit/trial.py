@@ -30,9 +30,13 @@ class Rows(dict[int, Any]):
         value = self[row] = self._fill(row)
         return value
 
-    def outside(self, n_rows: int) -> int | None:
-        """Return a row that was touched and is not among the first ``n_rows``; None if there is none."""
-        return next((row for row in sorted(self, reverse=True) if not 0 <= row < n_rows), None)
+    def check(self, rule: str, called: str, n_rows: int) -> None:
+        """Raise :class:`ValueError` if the rule touched a row that is not among the first ``n_rows``.
+
+        ``rule`` and ``called`` name the rule and the array in the message.
+        """
+        if (row := next((row for row in sorted(self, reverse=True) if not 0 <= row < n_rows), None)) is not None:
+            raise ValueError(f"{rule} must keep to the first {n_rows} rows of {called}, got row {row}")
 
 
 def try_rule(function: Function, *arguments: Any) -> tuple[bool, Any]:

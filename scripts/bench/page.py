@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeVar
 
-from study import machine, table
+from study import commit, machine, table
 
 Scale = TypeVar("Scale")
 
@@ -54,7 +54,7 @@ def measure_and_print(
         rows += sections[name](quick if options.quick else full)
     found = {name: _cell(rows, *place) for name, place in cells.items()}
     print(f"# {title}\n" + (f"\n{answer.format(**found)}\n" if all(found.values()) else ""))
-    print(f"Written by `scripts/{parser.prog}`. {machine(packages)}.\n")
+    print(f"Written by `scripts/{parser.prog}` at commit {commit()}. {machine(packages)}.\n")
     if options.quick:
         print("A smoke run: the work is too small for its figures to mean anything, so nothing is judged.\n")
         rows = [row._replace(met=None) for row in rows]
@@ -65,5 +65,5 @@ def measure_and_print(
 
 
 def _cell(rows: list[Row], what: str, column: str) -> str:
-    """Return a cell of the first row that begins with a text, or an empty text if there is no such row."""
-    return next((str(getattr(row, column)) for row in rows if row.what.startswith(what)), "")
+    """Return what a cell of the first row that begins with a text says first; an empty text if there is no such row."""
+    return next((str(getattr(row, column)).split(", ")[0] for row in rows if row.what.startswith(what)), "")

@@ -84,7 +84,7 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
 
 def keep(file: Path, found: Arrays) -> None:
     """Write measurements; a file is whole or not there."""
-    file.parent.mkdir(exist_ok=True)
+    file.parent.mkdir(parents=True, exist_ok=True)
     beside = file.with_suffix(".part")
     with beside.open("wb") as stream:
         np.savez_compressed(stream, **found)
@@ -141,9 +141,7 @@ def gather(place: Path, runs: Sequence[PlannedRun], kept: Path) -> None:
         each = [rows[key] for run in runs if run.cell == condition and (key := run.config.model_dump_json()) in rows]
         if each:
             shared = [name for name in each[0] if all(name in found for found in each)]
-            kept.mkdir(parents=True, exist_ok=True)
-            with file.open("wb") as stream:
-                np.savez_compressed(stream, **{name: np.stack([found[name] for found in each]) for name in shared})
+            keep(file, {name: np.stack([found[name] for found in each]) for name in shared})
 
 
 def kept_rows(file: Path) -> dict[str, Arrays]:

@@ -350,7 +350,7 @@ observe.register(Silent, silent)
     [
         ("Shorter", "must write 5 rows in a team of 3 against 2, as n_seen() says, got 4"),
         ("Narrow", "must write numbers within bounds(), got "),
-        ("Peeking", "must keep to the 5 rows of world.x, got row 5"),
+        ("Peeking", "must keep to the first 5 rows of world.x, got row 5"),
         ("Silent", "must return the row after the last that it wrote, got 0 for 4"),
     ],
 )
