@@ -16,6 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from esp_trainer.cores import cores
@@ -99,6 +100,15 @@ def in_processes(work: Callable[..., object], jobs: Sequence[tuple[Any, ...]], w
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def keep(file: Path, found: Mapping[str, np.ndarray]) -> None:
+    """Write measurements; a file is whole or not there."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    beside = file.with_suffix(".part")
+    with beside.open("wb") as stream:
+        np.savez_compressed(stream, **found)
+    beside.replace(file)
 
 
 def table(heads: Iterable[str], rows: Iterable[Iterable[object]], align: str = "---") -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
+from study import keep
 from tqdm import tqdm
 
 from esp_trainer import Team
@@ -27,8 +28,7 @@ class Kept:
 
     def save(self, path: Path) -> None:
         """Write it to a file."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, **vars(self))
+        keep(path, vars(self))
 
     @classmethod
     def load(cls, path: Path) -> Self:

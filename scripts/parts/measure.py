@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from race.measure import GENERATIONS, Arrays, behaviours, is_measured, keep, measured_file
-from study import in_processes
+from race.measure import GENERATIONS, Arrays, behaviours, is_measured, measured_file
+from study import in_processes, keep
 from tqdm import tqdm
 
 from esp_trainer.analysis.comparison import caught_by_each, held_out_opponents, script_panel
@@ -32,9 +32,7 @@ def measure_all(place: Path, runs: Sequence[PlannedRun], kept: Path, workers: in
     arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
     arrays["condition"] = np.array([run.cell for run in runs])
     arrays["met"] = _met(place, runs, workers)
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    with kept.open("wb") as stream:
-        np.savez_compressed(stream, **arrays)
+    keep(kept, arrays)
 
 
 def _measure_run(place: Path, run: PlannedRun) -> None:

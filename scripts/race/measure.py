@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from study import in_processes
+from study import in_processes, keep
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import Panel, caught_by_each, held_out_opponents, script_panel
@@ -80,15 +80,6 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
         found |= behaviours(history, evaluator, generations)
         found |= _responses(history, evaluator)
     keep(measured_file(place, run), found)
-
-
-def keep(file: Path, found: Arrays) -> None:
-    """Write measurements; a file is whole or not there."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    beside = file.with_suffix(".part")
-    with beside.open("wb") as stream:
-        np.savez_compressed(stream, **found)
-    beside.replace(file)
 
 
 def _members(panel: Sequence[Path]) -> Panel:

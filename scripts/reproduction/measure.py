@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from race.measure import Arrays, behaviours, keep, measured_file
+from race.measure import Arrays, behaviours, measured_file
+from study import keep
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import caught_by_each, script_panel

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from study import keep
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
@@ -29,8 +30,7 @@ def find(runs: Path, results: Mapping[str, StudyResults], kept: Path) -> None:
             found[name] = cells.astype(np.int16)
             found[f"{name}, about"] = np.array(json.dumps(about))
     if found:
-        kept.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(kept / "moments.npz", **found)
+        keep(kept / "moments.npz", found)
 
 
 def _best(runs: Path, results: StudyResults, name: str) -> tuple[dict[str, object], np.ndarray] | None:
