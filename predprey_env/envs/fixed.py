@@ -5,6 +5,8 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import Any
 
+import numpy as np
+
 from predprey_env.config import EnvConfig, Rules
 from predprey_env.policies.protocol import Policy
 
@@ -49,6 +51,45 @@ class Timed(Configured):
     def max_cycles(self, steps: int) -> None:
         self._config = self._config.replace(max_cycles=steps)
         self._rules = self._config.rules
+
+
+class Around(Configured):
+    """An environment around another, which has the config, the time limit, the generator and the window."""
+
+    _inner: Any
+
+    @property
+    def _config(self) -> EnvConfig:
+        config: EnvConfig = self._inner.config
+        return config
+
+    @property
+    def max_cycles(self) -> int:
+        """Time limit in steps; see :attr:`predprey_env.PredPreyEnv.max_cycles`."""
+        return int(self._inner.max_cycles)
+
+    @max_cycles.setter
+    def max_cycles(self, steps: int) -> None:
+        self._inner.max_cycles = steps
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The environment's generator."""
+        generator: np.random.Generator = self._inner.np_random
+        return generator
+
+    @property
+    def np_random_seed(self) -> int:
+        """Seed from which the generator was made."""
+        return int(self._inner.np_random_seed)
+
+    def render(self) -> Any:
+        """Render the whole world; see :meth:`predprey_env.PredPreyEnv.render`."""
+        return self._inner.render()
+
+    def close(self) -> None:
+        """Close the environment and its window."""
+        self._inner.close()
 
 
 class Opposed(Configured):

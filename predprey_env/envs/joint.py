@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.spaces import Box, MultiDiscrete
 
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
-from predprey_env.envs.fixed import Configured, read_only
+from predprey_env.envs.fixed import Around, read_only
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options
 from predprey_env.envs.parallel import Info
@@ -40,7 +40,7 @@ def joint_env(
     return JointTeam(team_view(team, opponent, render_mode, task=task, **parameters))
 
 
-class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
+class JointTeam(Around, gymnasium.Env[np.ndarray, np.ndarray]):  # type: ignore[override]  # np_random is read-only
     """A team as one agent: it observes what all agents of the team observe, and chooses all of their actions.
 
     Observations are those of the agents one after the other, float32 ``(n_agents * n_seen,)``; actions are an action
@@ -48,10 +48,10 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
     ``credit="individual"``. Infos hold ``n_captured`` and ``steps``, and with several opponents ``opponent``.
     """
 
-    view: TeamView = read_only("view")
+    view: TeamView = read_only("view", kept="_inner")
     """The environment of the team's agents."""
 
-    opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_view.opponent")
+    opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_inner.opponent")
     """Policy that plays the other team, or all policies of a pool; see :attr:`predprey_env.TeamView.opponent`."""
 
     def __init__(self, view: TeamView) -> None:
@@ -59,7 +59,7 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
             raise ValueError(
                 f"in a joint env captured_prey must be 'inert', as the team is one agent, got {view.captured_prey!r}"
             )
-        self._view = view
+        self._inner = view
         first, n_agents = view.possible_agents[0], len(view.possible_agents)
         space, choices = view.observation_space(first), view.action_space(first)
         self.observation_space = Box(np.tile(space.low, n_agents), np.tile(space.high, n_agents), dtype=np.float32)
@@ -68,47 +68,24 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
         self.metadata = {**view.metadata, "name": "predprey_joint_v0"}
         self.render_mode = view.render_mode
 
-    @property
-    def _config(self) -> EnvConfig:
-        return self._view.config
-
-    @property
-    def max_cycles(self) -> int:
-        """Time limit in steps; see :attr:`predprey_env.TeamView.max_cycles`."""
-        return self._view.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, steps: int) -> None:
-        self._view.max_cycles = steps
-
-    @property  # type: ignore[misc] # read-only
-    def np_random(self) -> np.random.Generator:
-        """The environment's generator."""
-        return self._view.np_random
-
-    @property
-    def np_random_seed(self) -> int:
-        """Seed from which the generator was made."""
-        return self._view.np_random_seed
-
-    _np_random = np_random  # Gymnasium's checker looks here
+    _np_random = Around.np_random  # Gymnasium's checker looks here
 
     def set_opponent(self, opponent: Opponents) -> None:
         """Replace the opponent, or the pool; see :meth:`predprey_env.TeamView.set_opponent`."""
-        self._view.set_opponent(opponent)
+        self.view.set_opponent(opponent)
 
     def reset(self, *, seed: int | None = None, options: Options | None = None) -> tuple[np.ndarray, Info]:
         """Start an episode; see :meth:`predprey_env.TeamView.reset`."""
-        observations, infos = self._view.reset(seed, options)
+        observations, infos = self.view.reset(seed, options)
         self._infos = infos
         return self._together(observations), self._info(infos)
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
         """Play one time step with an action for each agent, int ``(n_agents,)``."""
-        if not self._view.agents:
+        if not self.view.agents:
             raise RuntimeError("reset() must be called before step()")
-        chosen = whole_numbers("actions", action, (len(self._view.possible_agents),))
-        told = self._view.step(dict(zip(self._view.possible_agents, chosen.tolist(), strict=True)))
+        chosen = whole_numbers("actions", action, (len(self.view.possible_agents),))
+        told = self.view.step(dict(zip(self.view.possible_agents, chosen.tolist(), strict=True)))
         observations, rewards, terminations, truncations, infos = told
         reward = float(np.mean(list(rewards.values())))
         ended = any(terminations.values()), any(truncations.values())
@@ -119,20 +96,12 @@ class JointTeam(Configured, gymnasium.Env[np.ndarray, np.ndarray]):
         """Return which actions of each agent count, one agent after the other, bool ``(n_agents * n_actions,)``; for
         sb3-contrib's ``MaskablePPO``.
         """
-        acts = np.array([not self._infos[agent]["captured"] for agent in self._view.possible_agents])
-        return action_mask(acts, self._config.team(self._view.team).n_actions).ravel().astype(np.bool_)
-
-    def render(self) -> Any:
-        """Render the world; see :meth:`predprey_env.PredPreyEnv.render`."""
-        return self._view.render()
-
-    def close(self) -> None:
-        """Close the environment and its window."""
-        self._view.close()
+        acts = np.array([not self._infos[agent]["captured"] for agent in self.view.possible_agents])
+        return action_mask(acts, self._config.team(self.view.team).n_actions).ravel().astype(np.bool_)
 
     def _together(self, observations: dict[str, np.ndarray]) -> np.ndarray:
-        return np.concatenate([observations[agent] for agent in self._view.possible_agents])
+        return np.concatenate([observations[agent] for agent in self.view.possible_agents])
 
     def _info(self, infos: dict[str, Any]) -> Info:
-        first = infos[self._view.possible_agents[0]]
+        first = infos[self.view.possible_agents[0]]
         return {name: first[name] for name in ("n_captured", "steps", "opponent") if name in first}

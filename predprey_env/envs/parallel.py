@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from gymnasium.spaces import Box, Discrete
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
@@ -15,7 +14,7 @@ from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
 from predprey_env.envs.masks import action_mask
 from predprey_env.envs.options import Options, read_reset_options
-from predprey_env.envs.spaces import action_space, observation_slices, observation_space, state_space
+from predprey_env.envs.spaces import SpacesByAgent, action_space, observation_slices, observation_space, state_space
 from predprey_env.envs.turn import observe_with, play_turn
 from predprey_env.extras import require_pygame
 from predprey_env.rendering import text
@@ -34,7 +33,7 @@ Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
-class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
+class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
     """Predators and prey on a torus; :mod:`predprey_env.predprey_v0` is the specification."""
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -78,9 +77,6 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
         """Return the state for a copy or a pickle: everything except the viewer, which holds the window."""
         return self.__dict__ | {"_viewer": None}
 
-    def __str__(self) -> str:
-        return str(self.metadata["name"])
-
     @property
     def render_mode(self) -> str | None:
         """Mode of :meth:`render`: None, or one of ``metadata["render_modes"]``."""
@@ -103,14 +99,6 @@ class PredPreyEnv(Timed, ParallelEnv[str, Observation, int]):
     def np_random_seed(self) -> int:
         """Seed from which the generator was made."""
         return self._seeded()[1]
-
-    def observation_space(self, agent: str) -> Box:
-        """Return the agent's observation space, the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> Discrete:
-        """Return the agent's action space, the same object at every call."""
-        return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: Options | None = None

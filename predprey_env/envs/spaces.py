@@ -11,6 +11,21 @@ from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.sight import AnySight
 
 
+class SpacesByAgent:
+    """An environment whose agents have spaces of their own."""
+
+    observation_spaces: dict[str, Box]
+    action_spaces: dict[str, Discrete]
+
+    def observation_space(self, agent: str) -> Box:
+        """Return the agent's observation space, the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Discrete:
+        """Return the agent's action space, the same object at every call."""
+        return self.action_spaces[agent]
+
+
 def observation_space(config: EnvConfig, team: TeamName) -> Box:
     """Return the space of an agent's observation."""
     shape = config.team(team)

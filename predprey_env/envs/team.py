@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from typing import Any, ClassVar, Unpack
 
 import numpy as np
-from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, other_team, read_action
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
-from predprey_env.envs.fixed import Opposed, read_only
+from predprey_env.envs.fixed import Around, Opposed, read_only
 from predprey_env.envs.options import Options
 from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
+from predprey_env.envs.spaces import SpacesByAgent
 from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy, sight_in
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
 from predprey_env.policies.protocol import Policy
@@ -49,17 +49,17 @@ def team_view(
     return TeamView(PredPreyEnv(world(task, parameters), render_mode), team, or_default(opponent, team))
 
 
-class TeamView(Opposed, ParallelEnv[str, Observation, int]):
+class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int]):
     """An environment of one team. If teams move in turns, each :meth:`step` is still a whole time step."""
 
     metadata: ClassVar[dict[str, Any]] = {**PredPreyEnv.metadata, "name": "predprey_team_v0"}
-    env: PredPreyEnv = read_only("env")
+    env: PredPreyEnv = read_only("env", kept="_inner")
     team: TeamName = read_only("team")
 
     def __init__(self, env: PredPreyEnv, team: TeamName, opponent: Opponents) -> None:
         config = env.config
         config.team(team)  # raises ValueError for an unknown team
-        self._env = env
+        self._inner = env
         self._team = team
         self._pool, self._policies = self._admit(opponent)
         self._member = 0  # index of the opponent that plays
@@ -71,9 +71,6 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         self._n_opponent_actions = config.team(other_team(team)).n_actions
         self._observations: dict[str, Observation] = {}
         self._infos: dict[str, Info] = {}
-
-    def __str__(self) -> str:
-        return str(self.metadata["name"])
 
     def set_opponent(self, opponent: Opponents) -> None:
         """Replace the opponent, or the pool, from the next step on. During an episode the new one is reset first.
@@ -94,24 +91,9 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
         return pool, tuple(own_copy(as_policy(each, others, self.env.config)) for each in pool.opponents)
 
     @property
-    def _config(self) -> EnvConfig:
-        return self.env.config
-
-    @property
     def agents(self) -> list[str]:
         """Agents of the team that are still in the game."""
         return [agent for agent in self.env.agents if agent in self.observation_spaces]
-
-    @property
-    def max_cycles(self) -> int:
-        """Time limit in steps. A new limit set during an episode applies at once; if it has passed, the next step is
-        the last.
-        """
-        return self.env.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, steps: int) -> None:
-        self.env.max_cycles = steps
 
     @property
     def render_mode(self) -> str | None:
@@ -121,24 +103,6 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     @render_mode.setter
     def render_mode(self, mode: str | None) -> None:
         self.env.render_mode = mode
-
-    @property
-    def np_random(self) -> np.random.Generator:
-        """The environment's generator."""
-        return self.env.np_random
-
-    @property
-    def np_random_seed(self) -> int:
-        """Seed from which the generator was made."""
-        return self.env.np_random_seed
-
-    def observation_space(self, agent: str) -> Box:
-        """Return the agent's observation space, the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> Discrete:
-        """Return the agent's action space, the same object at every call."""
-        return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: Options | None = None
@@ -168,14 +132,6 @@ class TeamView(Opposed, ParallelEnv[str, Observation, int]):
     def state(self) -> np.ndarray:
         """Return the state of the whole world; see :meth:`PredPreyEnv.state`."""
         return self.env.state()
-
-    def render(self) -> str | np.ndarray | None:
-        """Render the whole world; see :meth:`PredPreyEnv.render`."""
-        return self.env.render()
-
-    def close(self) -> None:
-        """Close the environment and its window."""
-        self.env.close()
 
     def _play_together(self, actions: dict[str, int]) -> Step:
         step = self.env.step({**actions, **self._opponents_choose()})

@@ -106,23 +106,25 @@ def role_towards_any(episode: Episode, row: int, predator: int) -> int:
 
 
 @rule
-def attacker(episode: Episode, row: int) -> bool:
-    """Return whether any predator attacks any prey, see :func:`ends_attack`."""
+def anybody(episode: Episode, row: int, kind: int) -> bool:
+    """Return whether any predator attacks any prey, or blocks it if ``kind`` is ``BLOCKS``; one may do both."""
     for predator in range(episode.n_predators):
         for prey in range(episode.n_prey):
-            if episode.attacks[row, predator, prey]:
+            if episode.attacks[row, predator, prey] if kind == ATTACKS else episode.blocks[row, predator, prey]:
                 return True
     return False
 
 
 @rule
+def attacker(episode: Episode, row: int) -> bool:
+    """Return whether any predator attacks any prey, see :func:`ends_attack`."""
+    return anybody(episode, row, ATTACKS)
+
+
+@rule
 def blocker(episode: Episode, row: int) -> bool:
     """Return whether any predator blocks any prey, see :func:`ends_block`."""
-    for predator in range(episode.n_predators):
-        for prey in range(episode.n_prey):
-            if episode.blocks[row, predator, prey]:
-                return True
-    return False
+    return anybody(episode, row, BLOCKS)
 
 
 @rule
