@@ -82,7 +82,7 @@ def _replace(place: Path, data: bytes) -> None:
 def _target(path: Path) -> Path:
     """Return the path behind symbolic links. The file need not exist yet."""
     target = Path(os.path.realpath(path))
-    if target.is_symlink():  # links that form a loop  # links that form a loop  # links that form a loop
+    if target.is_symlink():  # links that form a loop
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
     return target
 

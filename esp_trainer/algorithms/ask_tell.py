@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from esp_trainer.algorithms.registry import algorithm_name
 from esp_trainer.algorithms.whole_teams import WholeTeams
 from esp_trainer.types import Fitness
 from predprey_env.extras import extra
@@ -65,7 +66,8 @@ class AskTell(WholeTeams):
             self._optimiser = self.optimiser(start, seed)
         if not all(callable(getattr(self._optimiser, call, None)) for call in ("ask", "tell")):
             kind = type(self._optimiser).__name__
-            raise PartError(f"optimiser() must return an object with ask() and tell(), got {kind}")
+            needed = f"algorithm {algorithm_name(self)}: optimiser() must return an object with ask() and tell()"
+            raise PartError(f"{needed}, got {kind}")
 
     def _ask(self, seed: int) -> np.ndarray:
         self._asked_with = seed

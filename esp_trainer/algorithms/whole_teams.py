@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from esp_trainer.algorithm import Spread
+from esp_trainer.algorithms.registry import algorithm_name
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.esp.signal import Variance
@@ -100,10 +101,11 @@ class WholeTeams(ABC):
     def ask(self, generator: np.random.Generator) -> EvolvedTeams:
         """Return the teams of a generation's trials."""
         vectors = np.asarray(self.vectors(generator), np.float32)
+        needed = f"algorithm {algorithm_name(self)}: vectors() must return"
         if vectors.ndim != 2 or vectors.shape[1] != self.n_parameters or not len(vectors):
-            raise PartError(f"vectors() must return (n_teams, {self.n_parameters}), got shape {vectors.shape}")
+            raise PartError(f"{needed} (n_teams, {self.n_parameters}), got shape {vectors.shape}")
         if not np.isfinite(vectors).all():
-            raise PartError("vectors() must return finite genes, got NaN or infinity")
+            raise PartError(f"{needed} finite genes, got NaN or infinity")
         rounds = -(-self.config.n_trials // len(vectors))
         order = np.concatenate([generator.permutation(len(vectors)) for _ in range(rounds)])[: self.config.n_trials]
         self._vectors, self._asked = vectors, order

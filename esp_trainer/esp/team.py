@@ -58,7 +58,8 @@ class Team:
         object.__setattr__(self, "_memories", Memories(self.role == "prey", memory_rows(self.networks())))
         object.__setattr__(self, "provenance", self.provenance or {})  # None counts as no provenance
         if self.genomes.ndim != 4 or self.genomes.shape[1:] != self.controller.shape:
-            raise ValueError(f"genomes must have shape (agents, *{self.controller.shape}), got {self.genomes.shape}")
+            needed = f"genomes of {self.side.network} networks must have shape (agents, *{self.controller.shape})"
+            raise ValueError(f"{needed}, got {self.genomes.shape}")
         if not np.isfinite(self.genomes).all():
             raise ValueError("genomes must be finite, got NaN or infinity")
 

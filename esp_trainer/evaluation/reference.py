@@ -108,7 +108,9 @@ class ReferenceEvaluator:
         while self.env.agents:
             actions: dict[str, int] = {}
             for role, policy in policies.items():
-                in_turn = [a for a in self.agents[role] if infos.get(a, {}).get("in_turn", a in observations)]
+                # An agent that has left may still be in the last observations.
+                there = [agent for agent in self.agents[role] if agent in self.env.agents]
+                in_turn = [agent for agent in there if infos.get(agent, {}).get("in_turn", agent in observations)]
                 seen = observed_by(policy, self.env, observations)
                 actions |= policy.act({agent: seen[agent] for agent in in_turn})
             observations, rewards, _, _, infos = self.env.step(actions)

@@ -66,8 +66,8 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
     with _usable(path):
         for role, side in sides.items():
             if isinstance(side, EvolvingSide):
-                _restore_algorithm(side.algorithm, role, arrays)
                 fame = _hall_of_fame(side.hall_of_fame, role, config, arrays, generations)
+                _restore_algorithm(side.algorithm, role, arrays)
                 best = progress[role]["best"]
                 best = -np.inf if best is None else float(best)
                 sides[role] = EvolvingSide(side.algorithm, fame, best, int(progress[role]["stagnant"]))
@@ -154,7 +154,8 @@ def _hall_of_fame(
     _check(f"{role}.met", met, (len(fame), 2), np.float64)
     if len(fame) == generations:  # written before halls of fame were bounded
         fame, met = fame[kept], met[kept]
-    _check(f"{role}.hall_of_fame", fame, (len(kept), *empty.champions.shape[1:]))
+    networks = f"{role}.hall_of_fame of {side_config(config, role).network} networks"
+    _check(networks, fame, (len(kept), *empty.champions.shape[1:]))
     guests = empty.guests  # of the league; with exploiters, the checkpoint has all
     if config.esp.exploiters_every:
         guests = arrays[f"{role}.guests"]

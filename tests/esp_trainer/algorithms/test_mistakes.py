@@ -109,7 +109,7 @@ MISTAKES = {
     TextInState: r"algorithm .*: state\(\) must return arrays of numbers by name, got str as name",
     ListInState: r"algorithm .*: state\(\) must return arrays of numbers by name, got list as teams",
     Objects: r"algorithm .*: state\(\) must return arrays of numbers by name, got an array of object as teams",
-    NoOptimiser: r"predators: optimiser\(\) must return an object with ask\(\) and tell\(\), got NoneType",
+    NoOptimiser: r"predators: algorithm .*: optimiser\(\) must return an object with ask\(\) and .*, got NoneType",
 }
 
 

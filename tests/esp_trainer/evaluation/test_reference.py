@@ -35,7 +35,8 @@ def random_teams(controller: Controller, n_agents: int, n_trials: int, seed: int
 class Toy(ParallelEnv):
     """Two cats and a mouse, which leaves, caught, after as many steps as its seed; cats then play one more.
 
-    At each step a cat earns its number plus 1, and the mouse 10. Everybody sees the step's number twice.
+    At each step a cat earns its number plus 1, and the mouse 10. Everybody sees the step's number twice, in the step in
+    which it leaves too, as in most environments of PettingZoo.
     """
 
     metadata = {"name": "toy"}  # noqa: RUF012
@@ -48,12 +49,12 @@ class Toy(ParallelEnv):
     def action_space(self, agent: str) -> Discrete:
         return Discrete(3)
 
-    def _seen(self) -> dict[str, np.ndarray]:
-        return {agent: np.full(2, self.steps, np.float32) for agent in self.agents}
+    def _seen(self, agents: list[str]) -> dict[str, np.ndarray]:
+        return {agent: np.full(2, self.steps, np.float32) for agent in agents}
 
     def reset(self, seed: int | None = None, options: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
         self.agents, self.steps, self.lifespan = self.possible_agents[:], 0, seed
-        return self._seen(), {agent: {} for agent in self.agents}
+        return self._seen(self.agents), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, int]) -> tuple[dict[str, Any], ...]:
         self.actions.append(actions)
@@ -64,7 +65,7 @@ class Toy(ParallelEnv):
         over = {agent: self.steps > self.lifespan or (caught and agent == "mouse_0") for agent in acting}
         self.agents = [agent for agent in acting if not over[agent]]
         infos = {agent: {"captured": int(caught and agent == "mouse_0")} for agent in acting}
-        return self._seen(), rewards, over, dict.fromkeys(acting, False), infos
+        return self._seen(acting), rewards, over, dict.fromkeys(acting, False), infos
 
 
 CONTROLLER = make_controller(SideConfig(n_hidden=2), np.array([[0, 1]]), 3)

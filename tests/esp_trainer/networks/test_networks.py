@@ -21,6 +21,7 @@ from esp_trainer.files import DamagedFileError
 from esp_trainer.networks import network_class, respond
 from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import preset
+from esp_trainer.run.checkpoint import load_checkpoint, save_checkpoint
 from esp_trainer.types import PolicyError
 from predprey_env import EnvConfig
 from predprey_env.jit import add_products, load, rule, store, zeros
@@ -156,6 +157,20 @@ def test_a_network_of_ones_own_evolves() -> None:
     assert side_controller(config, "prey").shape != side_controller(config, "predators").shape
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
     assert run.step(0).champions["prey"].genomes.shape[1:] == side_controller(config, "prey").shape
+
+
+def test_a_network_that_has_got_other_genes_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neurons of two or four inputs and four outputs in a file, and one gene more in the network of today."""
+    name = f"{HERE}:Linear"
+    team(SideConfig(network=name, n_hidden=3), n_opponents=1).save(tmp_path / "team.safetensors")
+    config = preset("smoke").with_fields({"prey.network": name})
+    save_checkpoint(tmp_path / "checkpoint", config, new_sides(config), 0)
+    monkeypatch.setattr(Linear, "genes", staticmethod(lambda n_inputs, n_outputs, _: n_inputs + n_outputs + 1))
+    shape = re.escape("must have shape (agents, *(1, 3, 7)), got (1, 1, 3, 6)")
+    with pytest.raises(DamagedFileError, match=f"genomes of {name} networks {shape}$"):
+        Team.load(tmp_path / "team.safetensors")
+    with pytest.raises(DamagedFileError, match=f"prey.hall_of_fame of {name} networks must be float32 of shape"):
+        load_checkpoint(tmp_path / "checkpoint", config)
 
 
 class NoRule(Linear):
