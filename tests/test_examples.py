@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from waiting import PATIENCE
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -19,7 +20,7 @@ FILES = sorted(file for file in EXAMPLES.iterdir() if file.suffix in (".py", ".t
 def printed(name: str, place: Path, **environment: str) -> str:
     command = [sys.executable, str(EXAMPLES / name), "--quick"]
     found = os.environ | {"PYTHONPATH": str(ROOT)} | environment
-    done = subprocess.run(command, cwd=place, env=found, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(command, cwd=place, env=found, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -112,7 +113,9 @@ def test_the_sweep_is_declared_and_runs(tmp_path: Path) -> None:
     (tmp_path / "sweep.toml").write_text(quick)
     command = [sys.executable, "-m", "esp_trainer", "sweep", "sweep.toml", "--quiet"]
     found = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, cwd=tmp_path, env=found, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(
+        command, cwd=tmp_path, env=found, capture_output=True, text=True, check=False, timeout=PATIENCE
+    )
     assert done.returncode == 0, done.stderr
     assert len((tmp_path / "runs/sweep/runs.csv").read_text().splitlines()) == 1 + 4
     assert "past_share=0.5" in done.stdout

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from esp_trainer import Subpopulations, preset
 from esp_trainer.coevolution.sides import side_controller
@@ -158,7 +159,7 @@ def test_the_whole_once_in_small(tmp_path: Path) -> None:
     """Three runs of each condition; a second call does nothing but the page, whatever became of the runs."""
     command = [sys.executable, str(SCRIPTS / "prove_race.py"), "--quick", "--tasks", "3v1", "--only", "race", "paper"]
     where = ["--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]
-    first = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600)
+    first = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert first.returncode == 0, first.stderr
     assert first.stdout.endswith("race.md: 3v1 2 conditions\n")
     page = (tmp_path / "out" / "race.md").read_text()
@@ -170,6 +171,6 @@ def test_the_whole_once_in_small(tmp_path: Path) -> None:
         assert (tmp_path / "out" / link).exists()
         assert (tmp_path / "out" / link).with_suffix(".csv").exists()
     shutil.rmtree(tmp_path / "runs")
-    again = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600)
+    again = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert "done" not in again.stderr
     assert (tmp_path / "out" / "race.md").read_text() == page

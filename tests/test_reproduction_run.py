@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
@@ -22,7 +23,7 @@ SETTINGS = small(read_settings())
 def reproduce(place: Path, *options: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(SCRIPTS / "reproduce_paper.py"), "--quick", *options]
     where = ["--out", str(place / "out"), "--runs", str(place / "runs")]
-    return subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=600, cwd=place)
+    return subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=PATIENCE, cwd=place)
 
 
 def times(place: Path) -> dict[str, int]:

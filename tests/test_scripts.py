@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from waiting import PATIENCE
 
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams import zoo
@@ -80,7 +81,7 @@ PEERS = ("JaxMARL", "AgileRL", "SISL", "SuperSuit")
 
 def script(name: str, *options: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(SCRIPTS / name), *options]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
 
 
 def table_of(document: str) -> list[list[str]]:

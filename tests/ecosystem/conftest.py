@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/tools.md"
@@ -53,6 +54,6 @@ def caught_by_example(request: pytest.FixtureRequest, tmp_path: Path) -> list[fl
     tool = request.path.stem.split("_")[1]
     (example,) = (ROOT / "examples").glob(f"*{tool}*.py")
     command = [sys.executable, str(example), "--quick"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     return [float(each) for each in re.findall(r"CPU-seconds: (\d\.\d\d) of the prey caught", done.stdout)]

@@ -17,6 +17,7 @@ import torch
 from safetensors.torch import save_file
 from stable_baselines3 import A2C, PPO
 from torch import nn
+from waiting import PATIENCE
 
 from esp_trainer import Team
 from esp_trainer.benchmark.batched import SB3Policy, TorchPolicy
@@ -221,7 +222,7 @@ def test_the_tutorial_ends_on_a_leaderboard_and_at_a_best_response(tmp_path: Pat
 
     def run(command: str) -> str:
         command = f"PATH={Path(sys.executable).parent}:$PATH {command.replace('examples/', f'{ROOT}/examples/')}"
-        done = subprocess.run(["bash", "-c", command], cwd=tmp_path, check=True, timeout=600, capture_output=True)
+        done = subprocess.run(["bash", "-c", command], cwd=tmp_path, check=True, timeout=PATIENCE, capture_output=True)
         return done.stdout.decode()
 
     assert block("train").strip() == "python examples/sb3_pond.py"
@@ -240,7 +241,7 @@ def test_the_tutorial_ends_on_a_leaderboard_and_at_a_best_response(tmp_path: Pat
 
 def script(name: str, *options: object) -> None:
     command = [sys.executable, str(SCRIPTS / name), *map(str, options)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
 
 

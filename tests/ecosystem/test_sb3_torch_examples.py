@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from waiting import PATIENCE
 
 pytestmark = pytest.mark.ecosystem
 
@@ -22,7 +23,7 @@ OPTIONS = {
 @pytest.mark.parametrize("name", OPTIONS)
 def test_an_example_takes_steps_and_prints_what_it_reached(name: str, tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLES / name), "--steps", "3000", *OPTIONS[name]]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     lines = re.findall(r"^ +([\d,]+) steps, +\d+ CPU-seconds: (\d\.\d\d) (.*)", done.stdout, re.MULTILINE)
     steps = [int(line[0].replace(",", "")) for line in lines]
@@ -34,7 +35,7 @@ def test_an_example_takes_steps_and_prints_what_it_reached(name: str, tmp_path: 
 def test_learning_curves_are_measured_and_reported(tmp_path: Path) -> None:
     script = [sys.executable, str(EXAMPLES.parent / "scripts/learning_curves.py"), "--quick", "--out", str(tmp_path)]
     for more in (["--runs", str(tmp_path / "runs"), "--workers", "1"], ["--report"]):
-        done = subprocess.run([*script, *more], capture_output=True, text=True, check=False, timeout=900)
+        done = subprocess.run([*script, *more], capture_output=True, text=True, check=False, timeout=PATIENCE)
         assert done.returncode == 0, done.stderr
     page = (tmp_path / "learning.md").read_text()
     for name in ("pond, predators", "pond, prey", "team-mates", "evolved, race"):

@@ -9,12 +9,12 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from waiting import PATIENCE, wait
 
 from esp_trainer.analysis import progress
 from esp_trainer.analysis.best_response import evolve_response
@@ -234,14 +234,17 @@ def _lines(run: Path) -> int:
     return len(log.read_bytes().splitlines()) if log.exists() else 0
 
 
+def _wait_for_lines(run: Path, process: subprocess.Popen[str], n: int) -> None:
+    wait(lambda: process.poll() is not None or _lines(run) >= n, pause=0.05)
+    assert process.poll() is None, process.communicate()
+
+
 def _started(run: Path, *options: str) -> subprocess.Popen[str]:
     """Start a run in a process of its own, and wait until it has three generations."""
     place = os.environ | {"PYTHONPATH": os.pathsep.join([str(EXAMPLES.parent), str(EXAMPLES)])}
     command = [*_COMMAND, "--out", str(run), *options]
     process = subprocess.Popen(command, env=place, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while _lines(run) < 3:
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.05)
+    _wait_for_lines(run, process, 3)
     return process
 
 
@@ -271,10 +274,7 @@ def test_a_killed_run_ends_its_workers_and_goes_on_to_the_same_bytes(
     assert len(workers) == 2
     process.kill()
     process.communicate()
-    deadline = time.monotonic() + 60
-    while not all(map(_ended, workers)):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    wait(lambda: all(map(_ended, workers)))
     assert _lines(run) < 40
     assert esp_trainer("resume", run, "--threads", "1").code == 0
     assert snapshot(run) == snapshot(whole)
@@ -289,13 +289,10 @@ def test_a_run_outlives_its_workers_and_stops_when_it_is_asked_to(
     process = _started(run, "--generations", "5000")
     first, _ = workers = _workers(process)
     os.kill(first, signal.SIGKILL)
-    lines = _lines(run)
-    while _lines(run) < lines + 2:
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.05)
+    _wait_for_lines(run, process, _lines(run) + 2)
     assert set(_workers(process)) != set(workers)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     done = _lines(run)
     assert said.splitlines()[-1] == f"stopped after {done} generations; go on with: esp-trainer resume {run}"

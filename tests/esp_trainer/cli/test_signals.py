@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from waiting import join
 
 from esp_trainer.cli import main
 from esp_trainer.cli.signals import handled_by
@@ -108,9 +109,9 @@ def test_a_command_works_in_a_thread_other_than_the_main_one(command: str, tmp_p
         assert esp_trainer("train", "smoke", "--generations", "2", "--out", "run", "--quiet").code == 0
     Path("sweep.toml").write_text('preset = "smoke"\n[fields]\ngenerations = 2\n')
     codes: list[int] = []
-    thread = threading.Thread(target=lambda: codes.append(main(arguments)))
+    thread = threading.Thread(target=lambda: codes.append(main(arguments)), daemon=True)
     thread.start()
-    thread.join()
+    join(thread)
     assert codes == [0]
 
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from waiting import PATIENCE, wait
 
 from esp_trainer.cli import main
 from esp_trainer.cli.keyboard import Keyboard
@@ -163,10 +164,11 @@ def test_it_follows_a_run_to_its_end(tmp_path: Path) -> None:
     run = tmp_path / "run"
     options = ["smoke", "--generations", "12", "--out", str(run), "--quiet"]
     with subprocess.Popen([*COMMAND, "train", *options], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as train:
-        while not (run / "config.json").exists():
-            time.sleep(0.05)
-        watched = subprocess.run([*COMMAND, "watch", str(run)], capture_output=True, text=True, timeout=300, check=True)
-        assert train.wait(timeout=300) == 0
+        wait((run / "config.json").exists)
+        watched = subprocess.run(
+            [*COMMAND, "watch", str(run)], capture_output=True, text=True, timeout=PATIENCE, check=True
+        )
+        assert train.wait(timeout=PATIENCE) == 0
     assert [line.split(":")[0] for line in watched.stdout.splitlines()] == [f"generation {i + 1}/12" for i in range(12)]
 
 
@@ -183,7 +185,7 @@ def on_a_terminal(command: list[str], enough: Callable[[str], bool]) -> tuple[st
 def read(process: subprocess.Popen[bytes], keyboard: int, enough: Callable[[str], bool]) -> str:
     """What a command shows until there is enough or it ends: a terminal gives at most 4 KiB at a time."""
     shown = ""
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + PATIENCE
     while not enough(shown) and time.monotonic() < deadline:
         if select.select([keyboard], [], [], 0.5)[0]:
             try:
@@ -198,7 +200,7 @@ def read(process: subprocess.Popen[bytes], keyboard: int, enough: Callable[[str]
 @pytest.mark.slow
 def test_on_a_terminal_it_draws_curves_and_a_chase(smoke_run: Path) -> None:
     shown, process, _ = on_a_terminal([*COMMAND, "watch", str(smoke_run), "--fps", "200"], lambda _: False)
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=PATIENCE) == 0
     n = len((smoke_run / "metrics.jsonl").read_text().splitlines())
     assert f"generation {n} of {n}" in shown
     assert f"champions of generation {n - 1}" in shown
@@ -222,7 +224,7 @@ def test_it_goes_when_it_is_told_to_and_leaves_the_terminal_as_it_was(
     else:
         process.send_signal(stop)
     last = read(process, keyboard, lambda _: False)
-    assert process.wait(timeout=60) == code
+    assert process.wait(timeout=PATIENCE) == code
     assert "Traceback" not in last
     assert last.endswith("\x1b[?1049l")  # the screen as it was before
     assert termios.tcgetattr(keyboard)[3] & termios.ICANON

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 import os
 import threading
-import time
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from waiting import join, wait
 
 from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
@@ -26,8 +26,6 @@ pytest.importorskip("ray")
 
 import ray
 from ray.cluster_utils import Cluster
-
-PATIENCE = 60.0  # seconds
 
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
@@ -129,28 +127,19 @@ class Processes:
         raylet = node.all_processes["raylet"][0].process.pid
         return [pid for pid in self.descendants(raylet) if self.title(pid).startswith("ray::_call")]
 
-    def wait(self, happened: Callable[[], Any]) -> Any:
-        """Until something has happened, which is returned."""
-        deadline = time.monotonic() + PATIENCE
-        while not (result := happened()):
-            assert time.monotonic() < deadline, "nothing happens"
-            time.sleep(0.005)
-        return result
-
 
 @pytest.fixture
 def play_and(processes: Processes) -> Callable[..., TrialResult]:
-    """``play_and(kill, batch, when)``: play a batch in shards, and kill something while they are played."""
+    """``play_and(kill, batch, when)``: play a batch in shards, and once ``when()`` finds something, ``kill`` that."""
 
-    def play(kill: Callable[[], None], batch: TrialBatch, when: Callable[[], Any]) -> TrialResult:
+    def play(kill: Callable[[Any], None], batch: TrialBatch, when: Callable[[], Any]) -> TrialResult:
         results: list[TrialResult] = []
         evaluator = ShardedEvaluator(preset("paper-3v2").env, shards=4)
         evaluator.evaluate(batch.part(slice(400)))  # workers are up, with their kernels
-        thread = threading.Thread(target=lambda: results.append(evaluator.evaluate(batch)))
+        thread = threading.Thread(target=lambda: results.append(evaluator.evaluate(batch)), daemon=True)
         thread.start()
-        processes.wait(when)
-        kill()
-        thread.join(PATIENCE)
+        kill(wait(when))
+        join(thread)
         (result,) = results
         return result
 

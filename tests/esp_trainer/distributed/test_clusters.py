@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import ray
+from waiting import wait
 
 from esp_trainer import cluster
 from esp_trainer.cli import main
@@ -47,17 +48,17 @@ def test_a_run_has_the_bytes_of_one_machine_with_one_worker(
 def test_both_nodes_of_a_cluster_play_and_one_that_is_killed_costs_only_its_shards(
     two_nodes: Any, processes: Any, play_and: Any, random_batch: Callable[..., TrialBatch]
 ) -> None:
-    batch = random_batch(PAPER, 20_000, 6)
+    batch = random_batch(PAPER, 10_000, 6)
     assert cluster.cluster_cores() == 2
 
     def both_at_work() -> bool:
         return all(processes.at_work_on(node) for node in (two_nodes.first, two_nodes.second))
 
-    result = play_and(two_nodes.kill_second, batch, both_at_work)
+    result = play_and(lambda _: two_nodes.kill_second(), batch, both_at_work)
     expected = FusedEvaluator(PAPER.env).evaluate(batch)
     for name in ("fitness", "captured", "steps"):
         assert getattr(result, name).tobytes() == getattr(expected, name).tobytes()
-    processes.wait(lambda: cluster.cluster_cores() == 1)
+    wait(lambda: cluster.cluster_cores() == 1)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import ray
+from waiting import PATIENCE, wait
 
 from esp_trainer.cli import main
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("only_cluster")]
 
-PATIENCE = 120.0  # seconds
 LARGE = ["train", "smoke", "--generations", "12", "--checkpoint_every", "3", "--esp.n_trials", "20000", "--quiet"]
 N = 120  # generations of a run of the sweep
 
@@ -34,8 +34,8 @@ def test_a_driver_that_is_stopped_leaves_nobody_behind_and_resumes_to_the_same_b
 ) -> None:
     path = tmp_path / "run"
     driver = begin(*LARGE, "--out", path, "--address", "local")
-    processes.wait(lambda: driver.poll() is not None or (path / "checkpoint.safetensors").exists())
-    processes.wait(lambda: driver.poll() is not None or processes.at_work())
+    wait(lambda: driver.poll() is not None or (path / "checkpoint.safetensors").exists())
+    wait(lambda: driver.poll() is not None or processes.at_work())
     family = processes.descendants(driver.pid)
     assert any("raylet" in processes.title(pid) for pid in family)
     os.killpg(driver.pid, number)  # as Ctrl-C on a terminal does, to all that are in the foreground
@@ -43,7 +43,7 @@ def test_a_driver_that_is_stopped_leaves_nobody_behind_and_resumes_to_the_same_b
     assert driver.returncode == (128 + signal.SIGINT if number is signal.SIGINT else -signal.SIGKILL)
     assert ("go on with: esp-trainer resume" in error) == (number is signal.SIGINT)
     assert "Traceback" not in error
-    processes.wait(lambda: not any(processes.title(pid) for pid in family))
+    wait(lambda: not any(processes.title(pid) for pid in family))
     assert main(["resume", str(path), "--quiet"]) == 0
     assert main([*LARGE, "--out", str(tmp_path / "whole")]) == 0
     assert snapshot(path) == snapshot(tmp_path / "whole")
@@ -83,7 +83,7 @@ def test_a_node_that_is_killed_costs_a_sweep_only_time(
 ) -> None:
     ray.shutdown()  # the command connects by itself
     driver = begin("sweep", file, "--out", tmp_path, "--address", two_nodes.address)
-    processes.wait(lambda: processes.at_work_on(two_nodes.second) and under_way(tmp_path))
+    wait(lambda: processes.at_work_on(two_nodes.second) and under_way(tmp_path))
     two_nodes.kill_second()
     output, error = driver.communicate(timeout=PATIENCE)
     assert driver.returncode == 0, error
@@ -95,13 +95,13 @@ def test_a_sweep_that_is_stopped_leaves_nobody_behind_and_goes_on(
     file: Path, tmp_path: Path, processes: Any, runs: Any, whole: Any
 ) -> None:
     driver = begin("sweep", file, "--out", tmp_path, "--address", "local")
-    processes.wait(lambda: driver.poll() is not None or under_way(tmp_path))
+    wait(lambda: driver.poll() is not None or under_way(tmp_path))
     family = processes.descendants(driver.pid)
     os.killpg(driver.pid, signal.SIGINT)
     _, error = driver.communicate(timeout=PATIENCE)
     assert driver.returncode == 128 + signal.SIGINT
     assert "Traceback" not in error
-    processes.wait(lambda: not any(processes.title(pid) for pid in family))
+    wait(lambda: not any(processes.title(pid) for pid in family))
     assert runs(tmp_path) != whole
     assert main(["sweep", str(file), "--out", str(tmp_path), "--workers", "2"]) == 0
     assert runs(tmp_path) == whole

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.esp.controller import make_controller
@@ -284,7 +285,7 @@ def test_a_forked_process_plays_the_same_with_threads_of_its_own(random_batch: A
     batch, evaluator = random_batch(CONFIG, 40), FusedEvaluator(ENV, threads=2)
     before = as_bytes(evaluator.evaluate(batch))
     with get_context("fork").Pool(1) as pool:
-        assert as_bytes(pool.apply_async(evaluator.evaluate, [batch]).get(timeout=60)) == before
+        assert as_bytes(pool.apply_async(evaluator.evaluate, [batch]).get(timeout=PATIENCE)) == before
     child = os.fork()  # not pickled on the way
     if child == 0:
         os._exit(as_bytes(evaluator.evaluate(batch)) != before)

@@ -14,6 +14,7 @@ from shutil import copytree
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from waiting import join
 
 import esp_trainer
 from esp_trainer.esp.subpopulations import Subpopulations
@@ -296,9 +297,9 @@ def test_a_second_thread_is_told_that_the_first_is_at_work(tiny: RunConfig, tmp_
             told.append(str(error))
 
     def evaluate_and_ask(batch: Any) -> Any:
-        thread = threading.Thread(target=ask)
+        thread = threading.Thread(target=ask, daemon=True)
         thread.start()
-        thread.join()
+        join(thread)
         return FusedEvaluator.evaluate(trainer.coevolution.evaluator, batch)
 
     trainer.coevolution.evaluator.evaluate = evaluate_and_ask

@@ -12,6 +12,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from waiting import PATIENCE, wait
 
 from esp_trainer.cli import main
 from esp_trainer.esp.team import Team
@@ -29,7 +30,6 @@ _GENERATIONS = 600
 """Of the run that is killed: more than it gets through in all its lives on a fast machine."""
 _STOPPED = 100
 """Of a run that is stopped early: many times what it does in the time until the signal comes."""
-_PATIENCE = 60.0  # seconds, on a machine that is busy with other things
 
 
 def _begin(*arguments: object) -> subprocess.Popen[str]:
@@ -46,10 +46,7 @@ def _hear_hangups() -> None:
 
 def _wait(process: subprocess.Popen[str], happened: Callable[[], bool], pause: float = 0.001) -> None:
     """Until something has happened or the process has ended."""
-    deadline = time.monotonic() + _PATIENCE
-    while process.poll() is None and not happened():
-        assert time.monotonic() < deadline, "the process does not get on"
-        time.sleep(pause)
+    wait(lambda: process.poll() is not None or happened(), pause)
 
 
 def _logged(path: Path) -> int:
@@ -74,7 +71,7 @@ def test_a_signal_finishes_the_write_in_hand_and_leaves_a_run_that_resumes_to_th
     process = _begin("train", "smoke", "--generations", _STOPPED, "--out", path)
     _wait(process, lambda: _logged(path) >= 7)
     process.send_signal(number)
-    _, errors = process.communicate(timeout=_PATIENCE)
+    _, errors = process.communicate(timeout=PATIENCE)
     done = _logged(path)
     assert process.returncode == 128 + number
     assert errors.splitlines()[-2:] == [
@@ -97,7 +94,7 @@ def test_more_signals_than_two_end_it_in_good_order_too(tmp_path: Path) -> None:
     for _ in range(5):
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGTERM)
-    _, errors = process.communicate(timeout=_PATIENCE)
+    _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode in (130, 143)
     assert "Traceback" not in errors
     assert _checkpointed(path) == _logged(path)
@@ -114,7 +111,7 @@ def test_a_signal_while_the_program_gets_ready_ends_it_without_a_traceback(
     assert "preparing" in process.stderr.readline()
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=_PATIENCE)
+    _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert len(errors.splitlines()) <= 1
@@ -131,7 +128,7 @@ def test_a_run_that_another_process_has_in_hand_is_left_alone(
         code = main(["resume", str(path), "--generations", "40", "--quiet"])
     finally:
         process.terminate()
-        process.communicate(timeout=_PATIENCE)
+        process.communicate(timeout=PATIENCE)
     assert code != 0
     assert len(capsys.readouterr().err.splitlines()) == 1
     lines = (path / "metrics.jsonl").read_text().splitlines()
@@ -157,7 +154,7 @@ def test_a_run_that_another_process_has_in_hand_can_be_read(tmp_path: Path, resu
     finally:
         for each in (watching, process):
             each.terminate()
-            each.communicate(timeout=_PATIENCE)
+            each.communicate(timeout=PATIENCE)
     assert process.returncode == 128 + signal.SIGTERM
     assert (path / "report.html").read_text().rstrip().endswith("</html>")
     assert _checkpointed(path) == _logged(path) == resume(path).done
@@ -186,7 +183,7 @@ class _Victim:
             process = _begin("train", "smoke", "--generations", self.config.generations, "--out", self.path)
         getattr(self, f"_{kind}")(process, before)
         process.kill()
-        _, errors = process.communicate(timeout=_PATIENCE)
+        _, errors = process.communicate(timeout=PATIENCE)
         assert process.returncode == -signal.SIGKILL, f"it was killed in no time, and yet ended by itself: {errors}"
         self.kills[kind] = self.kills.get(kind, 0) + 1
         self.half_written += any(self.path.rglob(".*.part"))
@@ -268,7 +265,7 @@ def test_a_run_killed_at_random_moments_ends_in_the_bytes_of_one_that_was_not(
     assert 20 <= trainer.done < _GENERATIONS
     trainer.directory.unlock()
     process = _begin("resume", tmp_path / "run")
-    output, _ = process.communicate(timeout=_PATIENCE)
+    output, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert output.startswith(f"{_GENERATIONS} generations in")
     assert snapshot(tmp_path / "run") == victim.whole

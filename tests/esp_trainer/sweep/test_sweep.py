@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from rich.console import Console
 from rich.progress import Progress
+from waiting import PATIENCE, wait
 
 from esp_trainer.cli import main
 from esp_trainer.cli.sweep import _Bars, _Lines, _view
@@ -31,12 +32,11 @@ from esp_trainer.sweep.pool import Work
 from esp_trainer.sweep.results import is_whole, result_of, sweep_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 
 CELLS = ["smoke-esp.n_trials=40", "smoke-esp.n_trials=60"]
-PATIENCE = 60.0  # seconds
 LONG = 120  # generations: enough to be disturbed
 
 
@@ -89,14 +89,6 @@ def workers_of(pid: int) -> list[int]:
         except OSError:
             continue
     return found
-
-
-def wait(happened: Callable[[], Any]) -> Any:
-    deadline = time.monotonic() + PATIENCE
-    while not (result := happened()):
-        assert time.monotonic() < deadline, "nothing happens"
-        time.sleep(0.005)
-    return result
 
 
 def test_every_run_has_the_bytes_of_a_single_one(whole: Swept, tmp_path: Path, snapshot: Any) -> None:
