@@ -61,10 +61,9 @@ def _planned(name: str, quick: bool) -> list[PlannedRun]:
     plan = read_plan(HERE / "studies" / f"{name}.toml")
     if not quick:
         return plan
-    small = {name: value for name, value in SMALL.items() if not name.startswith("env.")}  # held-out teams have a world
     first = list(dict.fromkeys(run.cell for run in plan))[:2]
     chosen = [run for run in plan if run.cell in first and run.config.seed < 2]
-    return [replace(run, config=run.config.with_fields(small)) for run in chosen]
+    return [replace(run, config=run.config.with_fields(SMALL)) for run in chosen]
 
 
 if __name__ == "__main__":

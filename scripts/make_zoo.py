@@ -16,17 +16,17 @@ from __future__ import annotations
 
 import argparse
 import json
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from study import commit
+from study import SMALL, commit
+from study import evolve as do_runs
 from tqdm import tqdm
 
-from esp_trainer import RunConfig, Team, preset
+from esp_trainer import Team, preset
+from esp_trainer.analysis.comparison import caught_by_each
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import over_seeds
@@ -37,6 +37,7 @@ from esp_trainer.files import SCHEMA, digest_of, to_json, write, write_arrays
 from esp_trainer.presets import PRESETS
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
+from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import FIRST_ZOO, HELD_OUT_PREFIX, PLACE
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
@@ -45,8 +46,8 @@ from predprey_env.policies import SCRIPTS
 
 PRESET_KINDS = (*FIRST_ZOO, "race")
 """Presets, without the task."""
-OWN_GENERATIONS = {"race-3v2": 600, "race-steppe": 300}
-"""Generations of a run where they are not the preset's. Later prey of ``race-3v2`` are hardly ever caught."""
+OWN_FIELDS = {"race-3v2": {"generations": 600}, "race-steppe": {"generations": 300}}
+"""Fields that are not the preset's. Later prey of ``race-3v2`` are hardly ever caught."""
 SEEDS = (500, 501, 502)
 HELD_OUT_SEEDS = (900, 901, 902)
 STAGES = ("early", "middle", "late")
@@ -61,18 +62,22 @@ class Run:
     """One of the runs."""
 
     task: str
-    seed: int
     history: History
+
+    @property
+    def preset(self) -> str:
+        """Preset that it evolved by."""
+        return self.history.config.preset
+
+    @property
+    def seed(self) -> int:
+        """Its seed."""
+        return self.history.config.seed
 
     @property
     def held_out(self) -> bool:
         """Whether its teams are for reporting only."""
         return self.seed in HELD_OUT_SEEDS
-
-    @property
-    def is_first(self) -> bool:
-        """Whether it is a run of the first zoo."""
-        return self.history.config.preset.startswith(FIRST_ZOO)
 
     @property
     def thirds(self) -> list[np.ndarray]:
@@ -93,19 +98,7 @@ class Chosen:
     def name(self) -> str:
         """Name in the zoo."""
         prefix = HELD_OUT_PREFIX if self.run.held_out else ""
-        return f"{prefix}{self.run.history.config.preset}/{self.role}/seed-{self.run.seed}-{self.stage}"
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the entry in the index, before the team is measured."""
-        return {
-            "name": self.name,
-            "task": self.run.task,
-            "role": self.role,
-            "preset": self.run.history.config.preset,
-            "seed": self.run.seed,
-            "stage": self.stage,
-            "generation": self.generation,
-        }
+        return f"{prefix}{self.run.preset}/{self.role}/seed-{self.run.seed}-{self.stage}"
 
 
 def main() -> None:
@@ -140,44 +133,17 @@ def others(place: Path, tasks: list[str]) -> list[dict[str, Any]]:
     return [entry for entry in known if entry["task"] not in tasks]
 
 
-def evolve(tasks: list[str], kept: Path, quick: bool, workers: int) -> list[Run]:
-    """Return every run, evolved on one core each, or read from the directory ``kept``."""
-    todo = [
-        (task, seed, small(config) if quick else config)
-        for task in tasks
-        for kind in PRESET_KINDS
-        if f"{kind}-{task}" in PRESETS
+def evolve(tasks: list[str], place: Path, quick: bool, workers: int) -> list[Run]:
+    """Do the runs of some tasks that are not whole, and read all of them."""
+    names = {f"{kind}-{task}": task for task in tasks for kind in PRESET_KINDS if f"{kind}-{task}" in PRESETS}
+    fields = dict.fromkeys(names, SMALL) if quick else OWN_FIELDS
+    plan = [
+        PlannedRun(name, preset(name).with_fields({**fields.get(name, {}), "seed": seed}))
+        for name in names
         for seed in (*SEEDS, *HELD_OUT_SEEDS)
-        for config in [_configured(f"{kind}-{task}", seed)]
     ]
-    kept.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        histories = pool.map(_evolve, [config for *_, config in todo], [kept] * len(todo))
-        found = list(tqdm(histories, total=len(todo), unit="run", desc="evolving"))
-    return [Run(task, seed, history) for (task, seed, _), history in zip(todo, found, strict=True)]
-
-
-def _configured(name: str, seed: int) -> RunConfig:
-    config = preset(name).replace(seed=seed)
-    return config.replace(generations=OWN_GENERATIONS.get(name, config.generations))
-
-
-def small(config: RunConfig) -> RunConfig:
-    """Return the config of a run that takes seconds."""
-    esp = {"n_trials": 40, "n_episodes": 2, "hof_mates": 0, "exploiters_every": 0}
-    champion = {"n_candidates": 3, "n_past": 0, "n_held_out": 16}
-    return config.replace(generations=6, esp=config.esp.replace(**esp), champion=config.champion.replace(**champion))
-
-
-def _evolve(config: RunConfig, kept: Path) -> History:
-    file = kept / f"{config.preset}-seed{config.seed}.safetensors"
-    if file.exists():
-        history = History.load(file)
-        if history.config == config:
-            return history
-    history = History.evolve(config, FusedEvaluator(config.env, threads=1))
-    history.save(file)
-    return history
+    do_runs(place, plan, workers)
+    return [Run(names[run.cell], History.of_run(place / run.name)) for run in tqdm(plan, desc="reading", unit="run")]
 
 
 def choose(runs: list[Run]) -> list[Chosen]:
@@ -185,7 +151,7 @@ def choose(runs: list[Run]) -> list[Chosen]:
 
     Each kind is chosen by itself, so the first zoo is what it was before there were race presets.
     """
-    kinds = ([run for run in runs if run.is_first is is_first] for is_first in (True, False))
+    kinds = ([run for run in runs if run.preset.startswith(FIRST_ZOO) is is_first] for is_first in (True, False))
     return [chosen for same in kinds if same for chosen in _best(same)]
 
 
@@ -201,18 +167,12 @@ def _best(runs: list[Run]) -> list[Chosen]:
             for other in runs:
                 if other is not run and not other.held_out:
                     panel = other.history.entrants(other_team(role), np.array([third[-1] for third in other.thirds]))
-                    scores.append(_scores(role, mine, panel, evaluator, seed=1))
+                    caught = caught_by_each(role, mine, [panel], evaluator, seed=1)
+                    scores.append(caught if role == "predators" else 1 - caught)
             means = np.split(np.mean(scores, axis=0).mean(axis=1), np.cumsum([len(t) for t in run.thirds])[:-1])
             for stage, third, mean in zip(STAGES, run.thirds, means, strict=True):
                 found.append(Chosen(run, role, stage, int(third[mean.argmax()])))
     return found
-
-
-def _scores(role: Role, mine: TeamBatch, theirs: TeamBatch, evaluator: FusedEvaluator, seed: int) -> np.ndarray:
-    """Return a row for each of ``mine``; higher is better for them."""
-    if role == "predators":
-        return cross_play(mine, theirs, evaluator, seed=seed).caught
-    return 1 - cross_play(theirs, mine, evaluator, seed=seed).caught.T
 
 
 def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[dict[str, Any]]:
@@ -230,7 +190,13 @@ def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[
         score = over_seeds(known[[name not in SCRIPTS[other] for name in names[other]]])
         rated = ratings[each.role]
         entry = {
-            **each.as_dict(),
+            "name": each.name,
+            "task": task,
+            "role": each.role,
+            "preset": each.run.preset,
+            "seed": each.run.seed,
+            "stage": each.stage,
+            "generation": each.generation,
             "score": [score.mean, score.low, score.high],
             "rating": [float(values[row]) for values in (rated.rating, rated.low, rated.high)],
         }

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from race import report
 from race.measure import gather, kept_rows, measure_all
-from study import SMALL, StudyParser, evolve
+from study import SMALL, SMALL_WORLD, StudyParser, evolve
 
 from esp_trainer.sweep.plan import PlannedRun, read_plan
 
@@ -51,7 +51,7 @@ def _plan(name: str, quick: bool) -> list[PlannedRun]:
     if not quick:
         return plan
     small = [run for run in plan if _rank(run, plan) < 3]
-    return [replace(run, config=run.config.with_fields(SMALL)) for run in small]
+    return [replace(run, config=run.config.with_fields(SMALL | SMALL_WORLD)) for run in small]
 
 
 def _rank(run: PlannedRun, plan: list[PlannedRun]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import platform
 import re
@@ -20,6 +21,7 @@ import numpy as np
 from tqdm import tqdm
 
 from esp_trainer.cores import cores
+from esp_trainer.files import write
 from esp_trainer.sweep.local import LocalPool
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.sweep.pool import Work
@@ -27,10 +29,10 @@ from esp_trainer.sweep.results import is_whole
 
 SMALL: dict[str, Any] = {
     "generations": 9,
-    "env.size": 16,
-    "env.max_cycles": 30,
+    "checkpoint_every": 6,
     "esp.subpopulation_size": 20,
     "esp.n_trials": 60,
+    "esp.n_episodes": 2,
     "esp.hof_mates": 0,
     "champion.n_candidates": 4,
     "champion.n_past": 0,
@@ -38,6 +40,8 @@ SMALL: dict[str, Any] = {
     "champion.n_held_out": 32,
 }
 """Fields of a run that takes seconds and means nothing."""
+SMALL_WORLD = {"env.size": 16, "env.max_cycles": 30}
+"""And of its world, where it meets no teams of the zoo: those have a world of their own."""
 
 
 class StudyParser(argparse.ArgumentParser):
@@ -105,10 +109,9 @@ def in_processes(work: Callable[..., object], jobs: Sequence[tuple[Any, ...]], w
 def keep(file: Path, found: Mapping[str, np.ndarray]) -> None:
     """Write measurements; a file is whole or not there."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    beside = file.with_suffix(".part")
-    with beside.open("wb") as stream:
-        np.savez_compressed(stream, **found)
-    beside.replace(file)
+    data = io.BytesIO()
+    np.savez_compressed(data, **found)
+    write(file, data.getvalue())
 
 
 def table(heads: Iterable[str], rows: Iterable[Iterable[object]], align: str = "---") -> str:

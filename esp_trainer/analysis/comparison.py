@@ -78,6 +78,7 @@ def caught_by_each(
     evaluator: Evaluator,
     *,
     n_episodes: int = CELL_EPISODES,
+    seed: int = 0,
 ) -> np.ndarray:
     """Play the teams of a side against all opponents.
 
@@ -87,6 +88,7 @@ def caught_by_each(
         opponents: Teams of the other side.
         evaluator: Evaluator of their world.
         n_episodes: Number of episodes per pair.
+        seed: Seed of the starts.
 
     Returns:
         Payoff to the predators (fraction of prey caught), float64 ``(n_teams, n_opponents)``.
@@ -94,8 +96,8 @@ def caught_by_each(
 
     def caught(theirs: TeamBatch) -> np.ndarray:
         if role == "predators":
-            return cross_play(mine, theirs, evaluator, n_episodes=n_episodes).payoff
-        return cross_play(theirs, mine, evaluator, n_episodes=n_episodes).payoff.T
+            return cross_play(mine, theirs, evaluator, n_episodes=n_episodes, seed=seed).payoff
+        return cross_play(theirs, mine, evaluator, n_episodes=n_episodes, seed=seed).payoff.T
 
     return np.concatenate([caught(theirs) for theirs in opponents], axis=1)
 

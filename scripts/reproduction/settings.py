@@ -7,24 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from study import SMALL, SMALL_WORLD
+
 from esp_trainer import RunConfig
 from esp_trainer.sweep.plan import PlannedRun, read_plan
 from predprey_env import EnvConfig
 
 PLACE = Path(__file__).parent
 PARTS = ("paper", "ablation", "sensitivity", "combination", "modern", "panel")
-SMALL = {
-    "env.size": 16,
-    "env.max_cycles": 30,
-    "generations": 12,
-    "checkpoint_every": 6,
-    "esp.subpopulation_size": 20,
-    "esp.n_trials": 60,
-    "esp.n_episodes": 2,
-    "esp.hof_mates": 2,
-    "champion.n_candidates": 4,
-    "champion.n_held_out": 32,
-}
 IN_SMALL = ("complementary-3v1", "scaled-3v1", "fleeing-prey", "fleeing-prey-central", "scale-0.5-3v2")
 PARITY = ("paper-3v1", "scaled-3v1", "modern-3v1", "drawn-3v1", "prey-first-3v1", "no-idling-3v1", "odd-torus-3v1")
 """Settings in which captures are told apart by the parity of the start."""
@@ -78,6 +68,6 @@ def small(settings: Mapping[str, Setting]) -> dict[str, Setting]:
     names += [*IN_SMALL, "panel-3v1-1", "panel-3v2-1"]
     found = {}
     for name in names:
-        runs = [replace(run, config=run.config.with_fields(SMALL)) for run in settings[name].runs[:2]]
+        runs = [replace(run, config=run.config.with_fields(SMALL | SMALL_WORLD)) for run in settings[name].runs[:2]]
         found[name] = replace(settings[name], runs=tuple(runs))
     return found
