@@ -18,15 +18,11 @@ from bench import games
 from bench.page import measure_and_print
 
 ANSWER = """\
-The step of `simple_tag` itself is Python: it takes {alone} of the {reference} that the reference evaluator takes for an
-episode. So no evaluator that calls it can be much faster in one process, and two processes are {two}. A game that steps
-many episodes in arrays, by a method `many()`, is played {times}."""
-CELLS = {
-    "alone": ("the environment alone", "figure"),
-    "reference": ("`ReferenceEvaluator`", "figure"),
-    "two": ("`GameEvaluator`, two processes", "ratio"),
-    "times": ("`GameEvaluator`, `many()`", "ratio"),
-}
+The step of `simple_tag` itself is Python: it takes {figure of the environment alone} of the \
+{figure of `ReferenceEvaluator`} that the reference evaluator takes for an
+episode. So no evaluator that calls it can be much faster in one process, and two processes are \
+{ratio of `GameEvaluator`, two processes}. A game that steps
+many episodes in arrays, by a method `many()`, is played {ratio of `GameEvaluator`, `many()`}."""
 ABOUT = """\
 Teams of the preset `game` play episodes of 25 steps. Ratios are to the reference evaluator, which plays a step at a
 time; they compare CPU time, and for two processes wall time. `many()` is that of
@@ -36,4 +32,4 @@ time; they compare CPU time, and for two processes wall time. `many()` is that o
 if __name__ == "__main__":
     packages = ("numpy", "numba", "pettingzoo", "mpe2")
     sections = {"games": games.rows}
-    measure_and_print("Other games", ABOUT, packages, sections, games.FULL, games.QUICK, ANSWER, CELLS)
+    measure_and_print("Other games", ABOUT, packages, sections, games.FULL, games.QUICK, ANSWER)

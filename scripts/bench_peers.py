@@ -31,20 +31,13 @@ SECTIONS = {
 }
 PACKAGES = ("numpy", "numba", "gymnasium", "pettingzoo", "mpe2", "supersuit", "agilerl", "jax", "jaxmarl")
 
-ANSWER = """\
-In 1,024 worlds `vector_env` makes {ours}, and JaxMARL's `simple_tag` {jax} ({jax_ratio} as fast).
-Through PettingZoo's API one world makes {one}, and one of MPE's `simple_tag` {mpe} ({mpe_ratio} as fast).
-The same work in 128 worlds is {supersuit} through SuperSuit ({supersuit_ratio} as fast)."""
-CELLS = {
-    "ours": ("`vector_env(1024, ...)`, predators against random prey", "figure"),
-    "jax": ("JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`", "figure"),
-    "jax_ratio": ("JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`", "ratio"),
-    "one": ("`parallel_env()`", "figure"),
-    "mpe": ("MPE", "figure"),
-    "mpe_ratio": ("MPE", "ratio"),
-    "supersuit": ("SuperSuit", "figure"),
-    "supersuit_ratio": ("SuperSuit", "ratio"),
-}
+JAX = "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`"
+ANSWER = f"""\
+In 1,024 worlds `vector_env` makes {{figure of `vector_env(1024, ...)`, predators against random prey}}, and JaxMARL's \
+`simple_tag` {{figure of {JAX}}} ({{ratio of {JAX}}} as fast).
+Through PettingZoo's API one world makes {{figure of `parallel_env()`}}, and one of MPE's `simple_tag` \
+{{figure of MPE}} ({{ratio of MPE}} as fast).
+The same work in 128 worlds is {{figure of SuperSuit}} through SuperSuit ({{ratio of SuperSuit}} as fast)."""
 ABOUT = """\
 All figures are of this run. A step is a time step of one world, with random actions drawn before; observations, rewards
 and infos are given back, and resets are part of it. Times are medians of CPU seconds of the whole process and of those
@@ -57,4 +50,4 @@ wall. Agents see 16 to 20 numbers in tag, 147 in `pursuit`, 4 or 6 here.
 """
 
 if __name__ == "__main__":
-    measure_and_print("Speed beside other environments", ABOUT, PACKAGES, SECTIONS, FULL, QUICK, ANSWER, CELLS)
+    measure_and_print("Speed beside other environments", ABOUT, PACKAGES, SECTIONS, FULL, QUICK, ANSWER)

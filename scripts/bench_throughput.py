@@ -25,16 +25,10 @@ SECTIONS = {
     "process": training.process_rows,
 }
 ANSWER = """\
-The compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {fused} on one thread.
-The same through PettingZoo's API takes {reference}, {times}. `parallel_env` makes {steps} with random actions.
-A network of a user's own costs {own}, for the same work."""
-CELLS = {
-    "fused": ("`fused`,", "figure"),
-    "reference": ("`reference`", "figure"),
-    "times": ("`reference`", "ratio"),
-    "steps": ("`parallel_env()`", "figure"),
-    "own": ("trials with networks of a user", "ratio"),
-}
+The compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {figure of `fused`,} on one thread.
+The same through PettingZoo's API takes {figure of `reference`}, {ratio of `reference`}. `parallel_env` makes \
+{figure of `parallel_env()`} with random actions.
+A network of a user's own costs {ratio of trials with networks of a user}, for the same work."""
 ABOUT = f"""\
 The evaluators play the trials of the first generation of `{PRESET}`: teams drawn from random subpopulations. Their
 times are medians of CPU seconds, taken in turns, warm; ratios are to `fused` on one thread. The results of the
@@ -42,4 +36,4 @@ reference were checked to agree.
 """
 
 if __name__ == "__main__":
-    measure_and_print("Throughput", ABOUT, ("numpy", "numba", "pettingzoo"), SECTIONS, FULL, QUICK, ANSWER, CELLS)
+    measure_and_print("Throughput", ABOUT, ("numpy", "numba", "pettingzoo"), SECTIONS, FULL, QUICK, ANSWER)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from bench.page import Row
 from bench.timing import side_by_side
@@ -89,6 +91,55 @@ def stepping_all(env: Any, actions: Sequence[Any], n_calls: int) -> Callable[[],
             env.step(actions[number % len(actions)])
 
     return play
+
+
+class LoopedEnvs:
+    """A parallel environment for each world, stepped in a loop: as little as it takes to fill arrays, by agent."""
+
+    def __init__(self, envs: Sequence[Any]) -> None:
+        self._envs = envs
+        self._agents = envs[0].possible_agents
+
+    def reset(self, *, seed: int) -> tuple[Any, dict[str, Any]]:
+        """Start world ``w`` from the seed ``seed + w``."""
+        return self._together([env.reset(seed=seed + world)[0] for world, env in enumerate(self._envs)]), {}
+
+    def step(self, actions: Any) -> tuple[Any, ...]:
+        """Step all worlds, which start again in the step in which they end."""
+        told = []
+        for env, row in zip(self._envs, self._by_world(actions), strict=True):
+            observations, *results, _ = env.step(dict(zip(self._agents, row, strict=True)))
+            if not env.agents:
+                observations, _ = env.reset()
+            told.append((observations, *results))
+        return tuple(self._together(each) for each in zip(*told, strict=True))
+
+    def _by_world(self, actions: Any) -> Any:
+        return zip(*(actions[agent].tolist() for agent in self._agents), strict=True)
+
+    def _together(self, worlds: Any) -> Any:
+        return {agent: np.array([world[agent] for world in worlds]) for agent in self._agents}
+
+
+def check_same(what: str, other: Any, ours: Any, actions: Sequence[Any]) -> None:
+    """Raise :class:`RuntimeError` unless another plays as ours does, from the same seeds, for more than an episode."""
+    same, n_ended = _same(other.reset(seed=0)[0], ours.reset(seed=0)[0]), 0
+    for number in range(MAX_CYCLES + 20):
+        theirs, expected = (env.step(actions[number % len(actions)]) for env in (other, ours))
+        same = same and all(_same(a, b) for a, b in zip(theirs[:4], expected[:4], strict=True))
+        n_ended += sum(int(np.sum(ended)) for each in expected[2:4] for ended in _parts(each).values())
+    if not same or not n_ended:
+        raise RuntimeError(f"{what} must play as {type(ours).__name__} does: same {same}, {n_ended} ends")
+
+
+def _same(theirs: Any, ours: Any) -> bool:
+    theirs, ours = _parts(theirs), _parts(ours)
+    return all(np.allclose(theirs[part], ours[part], rtol=1e-6, atol=0.0) for part in ours)
+
+
+def _parts(told: Any) -> Mapping[str, np.ndarray]:
+    """Return arrays by agent, or the only one."""
+    return told if isinstance(told, Mapping) else {"": told}
 
 
 def rows_of(contenders: Sequence[Contender], repetitions: int) -> list[Row]:

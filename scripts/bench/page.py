@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 from study import commit, machine, table
@@ -36,12 +39,11 @@ def measure_and_print(
     full: Scale,
     quick: Scale,
     answer: str,
-    cells: Mapping[str, tuple[str, str]],
 ) -> None:
     """Measure the sections that the command line asks for, and print the page.
 
-    The page begins with ``answer``, in which each name in braces stands for a cell of the table: ``cells`` gives the
-    beginning of its row, and ``figure`` or ``ratio``. A page without one of these rows has no answer.
+    The page begins with ``answer``, in which ``{figure of ROW}`` or ``{ratio of ROW}`` stands for a cell of the first
+    row that begins so, up to its first comma. A page without one of these rows has no answer.
     """
     parser = argparse.ArgumentParser(description=f"Measure and print {title!r}.")
     parser.add_argument("--quick", action="store_true", help="only see that everything runs")
@@ -52,8 +54,9 @@ def measure_and_print(
     for name in options.only:
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
         rows += sections[name](quick if options.quick else full)
-    found = {name: _cell(rows, *place) for name, place in cells.items()}
-    print(f"# {title}\n" + (f"\n{answer.format(**found)}\n" if all(found.values()) else ""))
+    print(f"# {title}\n")
+    with suppress(LookupError):
+        print(re.sub(r"\{(figure|ratio) of (.*?)\}", partial(_cell, rows), answer), end="\n\n")
     print(f"Written by `scripts/{parser.prog}` at commit {commit()}. {machine(packages)}.\n")
     if options.quick:
         print("A smoke run: the work is too small for its figures to mean anything, so nothing is judged.\n")
@@ -64,6 +67,8 @@ def measure_and_print(
     print(about, table(["what", "figure", "ratio", "target", ""][:width], lines, "---:"), sep="\n")
 
 
-def _cell(rows: list[Row], what: str, column: str) -> str:
-    """Return what a cell of the first row that begins with a text says first; an empty text if there is no such row."""
-    return next((str(getattr(row, column)).split(", ")[0] for row in rows if row.what.startswith(what)), "")
+def _cell(rows: list[Row], named: re.Match[str]) -> str:
+    said = next((str(getattr(row, named[1])) for row in rows if row.what.startswith(named[2])), "")
+    if not said:
+        raise LookupError
+    return said.split(", ")[0]

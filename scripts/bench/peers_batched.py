@@ -47,7 +47,7 @@ def random_actions(env: Any, n: int = 64) -> list[np.ndarray]:
 
 
 def _ours(n_worlds: int, team: TeamName, opponent: Opponent, who: str, scale: PeerScale) -> Contender:
-    _check(team, opponent)
+    check_catches(team, opponent)
     target = TARGET if (n_worlds, opponent) == (N_WORLDS, "random") else None
     env, n_calls = make_env(n_worlds, team, opponent), scale.n_calls(n_worlds)
     env.reset(seed=0)
@@ -56,7 +56,7 @@ def _ours(n_worlds: int, team: TeamName, opponent: Opponent, who: str, scale: Pe
     return Contender(what, n_calls * n_worlds, run, target=target)
 
 
-def _check(team: TeamName, opponent: Opponent) -> None:
+def check_catches(team: TeamName, opponent: Opponent) -> None:
     """See that every world ends, and that prey are caught."""
     env, n_ended, n_caught = make_env(N_WORLDS, team, opponent), 0, 0
     env.reset(seed=0)

@@ -8,12 +8,21 @@ must see and earn the same, through the end of an episode and into the next.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from bench.contenders import MAX_CYCLES, Contender, PeerScale, check_plays, find, rows_of, stepping_all
+from bench.contenders import (
+    MAX_CYCLES,
+    Contender,
+    LoopedEnvs,
+    PeerScale,
+    check_plays,
+    check_same,
+    find,
+    rows_of,
+    stepping_all,
+)
 from bench.jaxmarl import jaxmarl_contenders
 from bench.page import Row
 from predprey_env import EnvConfig, ParallelVectorEnv, parallel_env, parallel_vector_env
@@ -24,43 +33,20 @@ TARGET = 3_000_000
 N_PREY = EnvConfig().n_prey
 
 
-class LoopedEnvs:
-    """A parallel environment for each world, stepped in a loop: as little as it takes to fill arrays."""
-
-    def __init__(self, n_worlds: int) -> None:
-        self._envs = [parallel_env() for _ in range(n_worlds)]
-        self._agents = self._envs[0].possible_agents
-
-    def reset(self, seed: int) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Start world ``w`` from the seed ``seed + w``."""
-        return self._together([env.reset(seed=seed + world)[0] for world, env in enumerate(self._envs)]), {}
-
-    def step(self, actions: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
-        """Step all worlds, which start again in the step in which they end."""
-        told = []
-        chosen = zip(*(actions[agent].tolist() for agent in self._agents), strict=True)
-        for env, row in zip(self._envs, chosen, strict=True):
-            observations, *results, _ = env.step(dict(zip(self._agents, row, strict=True)))
-            if not env.agents:
-                observations, _ = env.reset()
-            told.append((observations, *results))
-        return tuple(self._together(each) for each in zip(*told, strict=True))
-
-    def _together(self, worlds: Any) -> dict[str, np.ndarray]:
-        return {agent: np.array([world[agent] for world in worlds]) for agent in self._agents}
-
-
 def rows(scale: PeerScale) -> list[Row]:
     """Return rows beside JaxMARL, and beside what steps one world after the other or each in a process."""
     many = _ours(MANY, scale, TARGET)
     beside_jax = rows_of([many, *jaxmarl_contenders(MANY, many.what)], scale.repetitions)
     few, vectoriser = _ours(FEW, scale), _vectoriser()
-    others = {"a Python loop over `parallel_env()`s": LoopedEnvs(FEW), "AgileRL `AsyncPettingZooVecEnv`": vectoriser}
-    contenders = [few]
+    others = {
+        "a Python loop over `parallel_env()`s": LoopedEnvs([parallel_env() for _ in range(FEW)]),
+        "AgileRL `AsyncPettingZooVecEnv`": vectoriser,
+    }
+    contenders, actions = [few], random_actions(parallel_vector_env(FEW))
     for what, env in others.items():
         if env is not None:
-            check_same(what, env)
-        run = env and stepping_all(env, random_actions(parallel_vector_env(FEW)), MAX_CYCLES)
+            check_same(what, env, parallel_vector_env(FEW), actions)
+        run = env and stepping_all(env, actions, MAX_CYCLES)
         contenders.append(Contender(f"{what}, {FEW} worlds, both teams from outside", MAX_CYCLES * FEW, run, few.what))
     found = rows_of(contenders, scale.repetitions)
     if vectoriser is not None:
@@ -94,20 +80,3 @@ def _vectoriser() -> Any:
     """Return AgileRL's vectoriser, or None where it is not installed or where the time of its processes is unknown."""
     vector = find("agilerl.vector") if sys.platform == "linux" else None
     return vector and vector.AsyncPettingZooVecEnv([parallel_env] * FEW)
-
-
-def check_same(what: str, other: Any) -> None:
-    """Raise :class:`RuntimeError` unless another plays as ours does, from the same seeds, for more than an episode."""
-    ours = parallel_vector_env(FEW)
-    actions = random_actions(ours)
-    same, n_ended = _same(other.reset(seed=0)[0], ours.reset(seed=0)[0]), 0
-    for number in range(MAX_CYCLES + 20):
-        theirs, expected = other.step(actions[number % len(actions)]), ours.step(actions[number % len(actions)])
-        same = same and all(_same(a, b) for a, b in zip(theirs[:4], expected[:4], strict=True))
-        n_ended += int((expected[2]["prey_0"] | expected[3]["prey_0"]).sum())
-    if not same or not n_ended:
-        raise RuntimeError(f"{what} must play as parallel_vector_env does: same {same}, {n_ended} ends")
-
-
-def _same(theirs: Mapping[str, np.ndarray], ours: Mapping[str, np.ndarray]) -> bool:
-    return all(np.allclose(theirs[agent], ours[agent], rtol=1e-6, atol=0.0) for agent in ours)
