@@ -58,38 +58,10 @@ MATRIX_EPISODES = 512
 
 
 @dataclass(frozen=True)
-class Run:
-    """One of the runs."""
-
-    task: str
-    history: History
-
-    @property
-    def preset(self) -> str:
-        """Preset that it evolved by."""
-        return self.history.config.preset
-
-    @property
-    def seed(self) -> int:
-        """Its seed."""
-        return self.history.config.seed
-
-    @property
-    def held_out(self) -> bool:
-        """Whether its teams are for reporting only."""
-        return self.seed in HELD_OUT_SEEDS
-
-    @property
-    def thirds(self) -> list[np.ndarray]:
-        """The candidates of each stage."""
-        return np.array_split(self.history.sample(SAMPLED), len(STAGES))
-
-
-@dataclass(frozen=True)
 class Chosen:
     """A champion that goes into the zoo."""
 
-    run: Run
+    run: History
     role: Role
     stage: str
     generation: int
@@ -97,8 +69,8 @@ class Chosen:
     @property
     def name(self) -> str:
         """Name in the zoo."""
-        prefix = HELD_OUT_PREFIX if self.run.held_out else ""
-        return f"{prefix}{self.run.preset}/{self.role}/seed-{self.run.seed}-{self.stage}"
+        prefix, config = HELD_OUT_PREFIX if held_out(self.run) else "", self.run.config
+        return f"{prefix}{config.preset}/{self.role}/seed-{config.seed}-{self.stage}"
 
 
 def main() -> None:
@@ -116,8 +88,7 @@ def main() -> None:
     runs = evolve(options.tasks, kept, options.quick, options.workers)
     entries = others(options.out, options.tasks)
     for task in options.tasks:
-        chosen = choose([run for run in runs if run.task == task])
-        entries += keep(task, chosen, options.out, 16 if options.quick else MATRIX_EPISODES)
+        entries += keep(task, choose(runs[task]), options.out, 16 if options.quick else MATRIX_EPISODES)
     matrices = {
         task: digest_of(matrix_file(options.out, task)) for task in sorted({entry["task"] for entry in entries})
     }
@@ -133,9 +104,9 @@ def others(place: Path, tasks: list[str]) -> list[dict[str, Any]]:
     return [entry for entry in known if entry["task"] not in tasks]
 
 
-def evolve(tasks: list[str], place: Path, quick: bool, workers: int) -> list[Run]:
-    """Do the runs of some tasks that are not whole, and read all of them."""
-    names = {f"{kind}-{task}": task for task in tasks for kind in PRESET_KINDS if f"{kind}-{task}" in PRESETS}
+def evolve(tasks: list[str], place: Path, quick: bool, workers: int) -> dict[str, list[History]]:
+    """Do the runs of some tasks that are not whole; return all of them."""
+    names = [name for task in tasks for kind in PRESET_KINDS if (name := f"{kind}-{task}") in PRESETS]
     fields = dict.fromkeys(names, SMALL) if quick else OWN_FIELDS
     plan = [
         PlannedRun(name, preset(name).with_fields({**fields.get(name, {}), "seed": seed}))
@@ -143,34 +114,46 @@ def evolve(tasks: list[str], place: Path, quick: bool, workers: int) -> list[Run
         for seed in (*SEEDS, *HELD_OUT_SEEDS)
     ]
     do_runs(place, plan, workers)
-    return [Run(names[run.cell], History.of_run(place / run.name)) for run in tqdm(plan, desc="reading", unit="run")]
+    return {
+        task: [History.of_run(place / run.name) for run in plan if run.cell.partition("-")[2] == task] for task in tasks
+    }
 
 
-def choose(runs: list[Run]) -> list[Chosen]:
+def held_out(run: History) -> bool:
+    """Return whether the teams of a run are for reporting only."""
+    return run.config.seed in HELD_OUT_SEEDS
+
+
+def thirds(run: History) -> list[np.ndarray]:
+    """Return the candidates of each stage."""
+    return np.array_split(run.sample(SAMPLED), len(STAGES))
+
+
+def choose(runs: list[History]) -> list[Chosen]:
     """Return the chosen champions of all runs of a task: of the first zoo's runs, and of those of the race presets.
 
     Each kind is chosen by itself, so the first zoo is what it was before there were race presets.
     """
-    kinds = ([run for run in runs if run.preset.startswith(FIRST_ZOO) is is_first] for is_first in (True, False))
+    kinds = ([run for run in runs if run.config.preset.startswith(FIRST_ZOO) is is_first] for is_first in (True, False))
     return [chosen for same in kinds if same for chosen in _best(same)]
 
 
-def _best(runs: list[Run]) -> list[Chosen]:
+def _best(runs: list[History]) -> list[Chosen]:
     """Return, for each role, run and stage, the champion that does best, on average, against the last champions of each
     third of the other runs that are not held out.
     """
-    evaluator = FusedEvaluator(runs[0].history.config.env)
+    evaluator = FusedEvaluator(runs[0].config.env)
     found = []
     for role in ROLES:
         for run in runs:
-            mine, scores = run.history.entrants(role, run.history.sample(SAMPLED)), []
+            mine, scores = run.entrants(role, run.sample(SAMPLED)), []
             for other in runs:
-                if other is not run and not other.held_out:
-                    panel = other.history.entrants(other_team(role), np.array([third[-1] for third in other.thirds]))
+                if other is not run and not held_out(other):
+                    panel = other.entrants(other_team(role), np.array([third[-1] for third in thirds(other)]))
                     caught = caught_by_each(role, mine, [panel], evaluator, seed=1)
                     scores.append(caught if role == "predators" else 1 - caught)
-            means = np.split(np.mean(scores, axis=0).mean(axis=1), np.cumsum([len(t) for t in run.thirds])[:-1])
-            for stage, third, mean in zip(STAGES, run.thirds, means, strict=True):
+            means = np.split(np.mean(scores, axis=0).mean(axis=1), np.cumsum([len(t) for t in thirds(run)])[:-1])
+            for stage, third, mean in zip(STAGES, thirds(run), means, strict=True):
                 found.append(Chosen(run, role, stage, int(third[mean.argmax()])))
     return found
 
@@ -193,8 +176,8 @@ def keep(task: str, chosen: list[Chosen], place: Path, n_episodes: int) -> list[
             "name": each.name,
             "task": task,
             "role": each.role,
-            "preset": each.run.preset,
-            "seed": each.run.seed,
+            "preset": each.run.config.preset,
+            "seed": each.run.config.seed,
             "stage": each.stage,
             "generation": each.generation,
             "score": [score.mean, score.low, score.high],
@@ -212,7 +195,7 @@ def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Rol
     sides: dict[Role, dict[str, TeamBatch]] = {}
     for role in ROLES:
         teams = [each for each in chosen if each.role == role]
-        sides[role] = {t.name: t.run.history.entrants(role, np.array([t.generation])) for t in teams}
+        sides[role] = {t.name: t.run.entrants(role, np.array([t.generation])) for t in teams}
         sides[role] |= {script: ScriptedTeams(script) for script in SCRIPTS[role]}
 
     def captures(predators: TeamBatch, prey: TeamBatch) -> int:
@@ -225,7 +208,7 @@ def meet_all(task: str, chosen: list[Chosen], n_episodes: int) -> tuple[dict[Rol
 
 def _save(each: Chosen, entry: dict[str, Any], place: Path) -> str:
     """Write a team with its origin; return the digest of its file."""
-    team = each.run.history.team(each.role, each.generation)
+    team = each.run.team(each.role, each.generation)
     origin = {
         **team.provenance,
         "zoo": {name: entry[name] for name in ("name", "stage", "score", "rating")},

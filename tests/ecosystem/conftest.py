@@ -35,6 +35,15 @@ def snippet_of(tool: str) -> str:
 
 
 @pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """An empty directory, in which the tests of a file work."""
+    place = tmp_path_factory.mktemp("place")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        yield place
+
+
+@pytest.fixture(scope="module")
 def snippet(request: pytest.FixtureRequest) -> Iterator[dict[str, Any]]:
     """The names that the snippet for the tool of this test file in docs/tools.md leaves behind, once it has run.
 

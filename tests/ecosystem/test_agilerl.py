@@ -15,28 +15,13 @@ import torch
 from agilerl.algorithms import IPPO
 from agilerl.training.train_multi_agent_on_policy import train_multi_agent_on_policy
 from gymnasium.spaces import Dict
-from pettingzoo.utils import BaseParallelWrapper
+from watched import Watched
 
 from predprey_env import predprey_v0
 
 pytestmark = pytest.mark.ecosystem
 
 TEAMS = {"predator", "prey"}
-
-
-class Watched(BaseParallelWrapper):
-    """Counts the episodes that ended and the prey caught in them, of which AgileRL tells nothing."""
-
-    episodes = 0
-    captures = 0
-
-    def step(self, actions: dict[str, int]) -> tuple[dict[str, Any], ...]:
-        transition = super().step(actions)
-        infos = transition[-1]
-        if infos and not self.agents:  # once an episode, however often a wrapper goes on
-            self.episodes += 1
-            self.captures += infos["predator_0"]["n_captured"]
-        return transition
 
 
 def weights(agent: IPPO) -> dict[str, torch.Tensor]:

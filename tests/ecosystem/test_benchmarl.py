@@ -6,8 +6,6 @@ done and all zeros.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,7 +13,7 @@ import torch
 from benchmarl.experiment import Callback, Experiment
 from tensordict import TensorDictBase
 
-pytestmark = pytest.mark.ecosystem
+pytestmark = [pytest.mark.ecosystem, pytest.mark.usefixtures("place")]  # it writes where it is started
 
 TEAMS = {"predator", "prey"}
 
@@ -25,15 +23,6 @@ class Watch(Callback):
 
     def on_batch_collected(self, batch: TensorDictBase) -> None:
         self.played = batch["next"]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A directory to work in: BenchMARL writes its reports where it is started."""
-    place = tmp_path_factory.mktemp("benchmarl")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(place)
-        yield place
 
 
 def weights(experiment: Experiment) -> dict[str, torch.Tensor]:

@@ -6,46 +6,20 @@ skrl reads a reward for every agent that there ever was.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 import supersuit
 import torch
-from pettingzoo.utils import BaseParallelWrapper
 from skrl.envs.wrappers.torch import wrap_env
 from skrl.utils.runner.torch import Runner
+from watched import Watched
 
 from predprey_env import predprey_v0
 
-pytestmark = pytest.mark.ecosystem
+pytestmark = [pytest.mark.ecosystem, pytest.mark.usefixtures("place")]  # it writes where it is started
 
 AGENTS = ["predator_0", "predator_1", "predator_2", "prey_0", "prey_1"]
-
-
-class Watched(BaseParallelWrapper):
-    """Counts the episodes that ended and the prey caught in them."""
-
-    episodes = 0
-    captures = 0
-
-    def step(self, actions: dict[str, int]) -> tuple[dict[str, Any], ...]:
-        transition = super().step(actions)
-        infos = transition[-1]
-        if infos and not self.agents:
-            self.episodes += 1
-            self.captures += infos["predator_0"]["n_captured"]
-        return transition
-
-
-@pytest.fixture(scope="module", autouse=True)
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A directory to work in: skrl writes its logs where it is started."""
-    place = tmp_path_factory.mktemp("skrl")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(place)
-        yield place
 
 
 def weights(runner: Runner) -> dict[str, torch.Tensor]:

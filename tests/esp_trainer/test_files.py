@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import disk
 import numpy as np
 import pytest
 from safetensors.numpy import save
@@ -73,18 +74,11 @@ def test_a_file_is_written_and_written_over(tmp_path: Path) -> None:
 
 def test_a_file_is_whole_and_synced_before_it_is_renamed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     order: list[str] = []
-    fsync, replace = os.fsync, Path.replace
-
-    def spy_fsync(descriptor: int) -> None:
-        order.append(f"sync {Path(os.readlink(f'/proc/self/fd/{descriptor}')).name}")  # noqa: PTH115
-        fsync(descriptor)
-
-    def spy_replace(path: Path, target: Path) -> Path:
-        order.append(f"rename {target.name}, {path.read_bytes().decode()}")
-        return replace(path, target)
-
-    monkeypatch.setattr(os, "fsync", spy_fsync)
-    monkeypatch.setattr(Path, "replace", spy_replace)
+    disk.spy(
+        monkeypatch,
+        lambda path: order.append(f"sync {path.name}"),
+        lambda path, target: order.append(f"rename {target.name}, {path.read_bytes().decode()}"),
+    )
     write(tmp_path / "file", b"whole")
     assert order[:2] == ["sync .file.part", "rename file, whole"]
 

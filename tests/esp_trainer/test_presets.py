@@ -102,21 +102,27 @@ def test_the_children_of_the_paper_replace_the_bottom_half():
     assert 2 * EspConfig().n_elite == EspConfig().subpopulation_size / 2
 
 
-@pytest.mark.parametrize(
-    ("name", "n_prey", "predators", "prey"),
-    [
-        ("paper-3v2", 2, "split", "split"),
-        ("paper-3v1", 1, "split", "split"),
-        ("monolithic-3v2", 2, "monolithic", "monolithic"),
-        ("monolithic-3v1", 1, "monolithic", "monolithic"),
-        ("monolithic-3v1-wide", 1, "monolithic", "monolithic"),
-    ],
-)
-def test_presets_have_the_teams_and_networks_of_section_vi(name: str, n_prey: int, predators: str, prey: str):
+PAPERS = {
+    "paper-3v2": (2, "split", "split"),
+    "paper-3v1": (1, "split", "split"),
+    "monolithic-3v2": (2, "monolithic", "monolithic"),
+    "monolithic-3v1": (1, "monolithic", "monolithic"),
+    "monolithic-3v1-wide": (1, "monolithic", "monolithic"),
+}
+BESIDE = {
+    "matched-3v2": (2, "monolithic", "monolithic"),
+    "matched-3v1": (1, "split", "monolithic"),
+    "combiner-3v2": (2, "combiner", "combiner"),
+    "combiner-3v1": (1, "split", "combiner"),
+    "fleeing-prey-central": (1, "central", "split"),
+}
+
+
+@pytest.mark.parametrize(("name", "expected"), (PAPERS | BESIDE).items())
+def test_presets_have_the_teams_and_networks_of_section_vi(name: str, expected: tuple[int, str, str]):
     config = preset(name)
-    assert config.env.n_prey == n_prey
-    assert (config.predators.controller, config.prey.controller) == (predators, prey)
-    assert (config.predators.policy, config.prey.policy) == ("esp", "esp")
+    assert (config.env.n_prey, config.predators.controller, config.prey.controller) == expected
+    assert name in BESIDE or (config.predators.policy, config.prey.policy) == ("esp", "esp")
 
 
 def test_the_wide_preset_has_more_hidden_neurons_in_the_prey_alone():
@@ -124,20 +130,10 @@ def test_the_wide_preset_has_more_hidden_neurons_in_the_prey_alone():
     assert (config.predators.n_hidden, config.prey.n_hidden) == (10, 30)
 
 
-@pytest.mark.parametrize(
-    ("name", "n_prey", "predators", "prey"),
-    [
-        ("matched-3v2", 2, "monolithic", "monolithic"),
-        ("matched-3v1", 1, "split", "monolithic"),
-        ("combiner-3v2", 2, "combiner", "combiner"),
-        ("combiner-3v1", 1, "split", "combiner"),
-        ("fleeing-prey-central", 1, "central", "split"),
-    ],
-)
-def test_what_stands_beside_them_plays_on_their_worlds(name: str, n_prey: int, predators: str, prey: str):
+@pytest.mark.parametrize("name", BESIDE)
+def test_what_stands_beside_them_plays_on_their_worlds(name: str):
     config = preset(name)
-    assert config.env == EnvConfig(n_prey=n_prey)
-    assert (config.predators.controller, config.prey.controller) == (predators, prey)
+    assert config.env == EnvConfig(n_prey=BESIDE[name][0])
     for side in (config.predators, config.prey):
         assert set(side.model_dump(exclude_defaults=True)) <= {"controller", "n_hidden", "policy"}
 

@@ -22,13 +22,7 @@ class ByHand:
     """A policy that the vector env knows nothing of: its opponents' script, asked in Python."""
 
     def __init__(self, policy: Policy) -> None:
-        self._policy = policy
-
-    def reset(self, seed: int | None = None) -> None:
-        self._policy.reset(seed)
-
-    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
-        return self._policy.act(observations)
+        self.reset, self.act = policy.reset, policy.act
 
 
 def opponent(config: EnvConfig, team: TeamName, script: str, *, by_hand: bool) -> Policy:

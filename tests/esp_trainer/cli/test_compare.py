@@ -22,7 +22,8 @@ from esp_trainer.analysis.progress import progress
 from esp_trainer.cli import main
 from esp_trainer.cli.compare import runs_in
 from esp_trainer.evaluation.fused import FusedEvaluator
-from esp_trainer.types import ScriptedTeams
+from esp_trainer.types import ROLES, ScriptedTeams
+from predprey_env.agents import other_team
 from predprey_env.policies import SCRIPTS
 
 N = 8
@@ -111,24 +112,17 @@ def test_the_numbers_of_a_run_are_those_of_its_cross_play(
     evaluator = FusedEvaluator(history.config.env, threads=1)
     generations = history.sample(6)
     expected = {}
-    for name, prey in {
-        "held_out": [other.entrants("prey", other.sample(6))],
-        "scripts": [ScriptedTeams(script) for script in SCRIPTS["prey"]],
-    }.items():
-        mine = history.entrants("predators", generations)
-        caught = np.hstack([cross_play(mine, each, evaluator, n_episodes=8).caught for each in prey])
-        expected[f"predators_{name}_level"] = caught.mean(axis=1)[-1]
-        expected[f"predators_{name}_progress"] = progress(caught).strength
-        expected[f"predators_{name}_late_progress"] = progress(caught[3:]).strength
-    for name, predators in {
-        "held_out": [other.entrants("predators", other.sample(6))],
-        "scripts": [ScriptedTeams(script) for script in SCRIPTS["predators"]],
-    }.items():
-        mine = history.entrants("prey", generations)
-        caught = np.vstack([cross_play(each, mine, evaluator, n_episodes=8).caught for each in predators])
-        expected[f"prey_{name}_level"] = 1 - caught.mean(axis=0)[-1]
-        expected[f"prey_{name}_progress"] = progress(1 - caught.T).strength
-        expected[f"prey_{name}_late_progress"] = progress(1 - caught.T[3:]).strength
+    for role in ROLES:
+        mine, theirs = history.entrants(role, generations), other_team(role)
+        held_out, scripts = [other.entrants(theirs, other.sample(6))], map(ScriptedTeams, SCRIPTS[theirs])
+        for name, panel in (("held_out", held_out), ("scripts", scripts)):
+            if role == "predators":
+                won = np.hstack([cross_play(mine, each, evaluator, n_episodes=8).caught for each in panel])
+            else:
+                won = 1 - np.vstack([cross_play(each, mine, evaluator, n_episodes=8).caught for each in panel]).T
+            expected[f"{role}_{name}_level"] = won.mean(axis=1)[-1]
+            expected[f"{role}_{name}_progress"] = progress(won).strength
+            expected[f"{role}_{name}_late_progress"] = progress(won[3:]).strength
     metrics = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     expected["caught"] = np.mean([line["held_out"]["caught"]["rate"] for line in metrics[-(N // 3) :]])
     for role in ("predators", "prey"):

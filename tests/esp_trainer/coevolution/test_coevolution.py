@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_runs import small
 
 from esp_trainer.coevolution import coevolution as module
 from esp_trainer.coevolution.coevolution import Coevolution
@@ -22,16 +23,6 @@ from esp_trainer.types import ScriptedTeams, TrialBatch, TrialResult
 from predprey_env import EnvConfig
 
 PAIRINGS = ["cosample", "previous_champion", "hall_of_fame", "mixed"]
-
-
-def small(**esp: Any) -> RunConfig:
-    return RunConfig(
-        env=EnvConfig(size=6, max_cycles=12),
-        predators=SideConfig(n_hidden=3),
-        prey=SideConfig(n_hidden=3),
-        esp=EspConfig(**{"subpopulation_size": 12, "n_trials": 40, "n_episodes": 2, "hof_mates": 1, **esp}),
-        champion=ChampionConfig(n_candidates=3, n_held_out=16),
-    )
 
 
 class Spy(FusedEvaluator):

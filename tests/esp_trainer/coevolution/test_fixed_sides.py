@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_runs import small
 
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.generation import Generation
 from esp_trainer.coevolution.sides import EvolvingSide, new_sides, side_controller
-from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from esp_trainer.config import ChampionConfig, RunConfig
 from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.types import ROLES, EvolvedTeams, Role, ScriptedTeams, TrialBatch, TrialResult
@@ -18,16 +19,6 @@ from predprey_env import EnvConfig
 
 OTHER: dict[Role, Role] = {"predators": "prey", "prey": "predators"}
 ROLE = pytest.mark.parametrize("fixed", ROLES)
-
-
-def small(kind: str = "split", **esp: Any) -> RunConfig:
-    return RunConfig(
-        env=EnvConfig(size=6, max_cycles=12),
-        predators=SideConfig(controller=kind, n_hidden=3),
-        prey=SideConfig(controller=kind, n_hidden=3),
-        esp=EspConfig(**{"subpopulation_size": 12, "n_trials": 40, "n_episodes": 2, "hof_mates": 1, **esp}),
-        champion=ChampionConfig(n_candidates=3, n_held_out=16),
-    )
 
 
 def frozen(config: RunConfig, role: Role, seed: int = 7) -> Team:

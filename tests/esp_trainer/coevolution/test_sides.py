@@ -5,25 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from small_runs import small
 
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.sides import new_sides, side_controller
-from esp_trainer.config import ChampionConfig, EspConfig, RunConfig, SideConfig
+from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import as_candidates
 from esp_trainer.evaluation.fused import FusedEvaluator
-from predprey_env import EnvConfig
 
 KINDS = ["split", "monolithic", "combiner", "double", "pairs", "central"]
-
-
-def small(kind: str = "split", **esp: Any) -> RunConfig:
-    return RunConfig(
-        env=EnvConfig(size=6, max_cycles=12),
-        predators=SideConfig(controller=kind, n_hidden=3),
-        prey=SideConfig(controller=kind, n_hidden=3),
-        esp=EspConfig(**{"subpopulation_size": 12, "n_trials": 60, "n_episodes": 2, "hof_mates": 1, **esp}),
-        champion=ChampionConfig(n_candidates=3, n_held_out=16),
-    )
 
 
 @pytest.mark.parametrize(
@@ -41,13 +31,13 @@ def test_each_kind_has_its_subpopulations_and_room_for_its_champions(
     kind: str, predators: tuple[int, ...], prey: tuple[int, ...]
 ):
     for role, shape in (("predators", predators), ("prey", prey)):
-        side = new_sides(small(kind))[role]
+        side = new_sides(small(kind, n_trials=60))[role]
         assert side.algorithm.genomes.shape == shape
         assert side.hall_of_fame.champions.shape == (0, *shape[:3], shape[4])
 
 
 def test_the_two_sides_may_be_of_different_kinds():
-    config = small("central").replace(prey=SideConfig(controller="combiner"))
+    config = small("central", n_trials=60).replace(prey=SideConfig(controller="combiner"))
     assert (side_controller(config, "predators").n_together, side_controller(config, "prey").n_together) == (3, 1)
     assert (side_controller(config, "predators").combines, side_controller(config, "prey").combines) == (False, True)
 
@@ -55,7 +45,7 @@ def test_the_two_sides_may_be_of_different_kinds():
 @pytest.mark.parametrize("pairing", ["cosample", "mixed"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_generations_of_every_kind_depend_on_the_seed_and_not_on_the_threads(kind: str, pairing: str):
-    config = small(kind, pairing=pairing, burst_after=1)
+    config = small(kind, n_trials=60, pairing=pairing, burst_after=1)
     runs = []
     for threads, seed in ((1, 0), (2, 0), (1, 1)):
         seeded = config.replace(seed=seed)
@@ -71,7 +61,7 @@ def test_generations_of_every_kind_depend_on_the_seed_and_not_on_the_threads(kin
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_genes_that_no_network_uses_stay_zero_in_a_run(kind: str):
-    config = small(kind, burst_after=2, mutation_rate=1.0)
+    config = small(kind, n_trials=60, burst_after=2, mutation_rate=1.0)
     run = Coevolution(config, new_sides(config), FusedEvaluator(config.env, 1))
     for number in range(6):
         run.step(number)

@@ -10,6 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import disk
 import pytest
 
 import predprey_env
@@ -215,19 +216,12 @@ def test_a_checkpoint_is_written_when_all_that_it_knows_of_is_on_disk(
 ) -> None:
     """Or a machine that loses power could have a checkpoint without its log or its champions."""
     order: list[str] = []
-    fsync, replace = os.fsync, Path.replace
-
-    def spy_fsync(descriptor: int) -> None:
-        order.append(f"sync {Path(os.readlink(f'/proc/self/fd/{descriptor}')).relative_to(tmp_path)}")  # noqa: PTH115
-        fsync(descriptor)
-
-    def spy_replace(path: Path, target: Path) -> Path:
-        order.append(f"rename {target.relative_to(tmp_path)}")
-        return replace(path, target)
-
     generations = start(tmp_path / "run", tiny.replace(generations=1)).generations()
-    monkeypatch.setattr(os, "fsync", spy_fsync)
-    monkeypatch.setattr(Path, "replace", spy_replace)
+    disk.spy(
+        monkeypatch,
+        lambda path: order.append(f"sync {path.relative_to(tmp_path)}"),
+        lambda _, target: order.append(f"rename {target.relative_to(tmp_path)}"),
+    )
     list(generations)
     at = order.index("rename run/checkpoint.safetensors")
     before, after = order[:at], order[at + 1 :]
