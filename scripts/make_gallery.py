@@ -13,8 +13,8 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -36,9 +36,8 @@ BEFORE, AFTER = 25, 20  # steps of a clip around what it shows
 FOLLOW = 40  # cells across a picture, which follows the chase
 
 
-@dataclass(frozen=True)
-class Found:
-    """An episode in which a behaviour is seen."""
+class Found(NamedTuple):
+    """An episode in which a behaviour is seen, from its ``first`` to its ``last`` step."""
 
     merit: tuple[int, ...]
     predators: str

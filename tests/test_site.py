@@ -26,13 +26,8 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).parents[1]
-MOVED = {
-    "README.md": "index.html",
-    "CONTRIBUTING.md": "contributing.html",
-    "CHANGELOG.md": "changelog.html",
-    "examples/README.md": "examples.html",
-    "docs/README.md": "pages.html",
-}
+MOVED = {f"{name}.md": f"{name.lower()}.html" for name in ("CONTRIBUTING", "CHANGELOG")}
+MOVED |= {"README.md": "index.html", "examples/README.md": "examples.html", "docs/README.md": "pages.html"}
 
 pytestmark = pytest.mark.slow
 

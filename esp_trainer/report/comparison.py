@@ -9,9 +9,6 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib.metadata import version
-from importlib.resources import files
-from string import Template
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,6 +19,7 @@ from esp_trainer.analysis import plots
 from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, measure_name
 from esp_trainer.analysis.inference import summary
 from esp_trainer.report.comparison_tables import Table
+from esp_trainer.report.html import page
 from esp_trainer.types import ROLES, Role
 from predprey_env.settings import counted
 
@@ -70,18 +68,18 @@ def comparison_page(
         tables: Tables to show below the figures.
         notes: Notes for the reader.
     """
-    place = files(__package__) / "assets"
     n_runs = sum(len(condition.runs) for condition in conditions)
-    return Template((place / "comparison.html").read_text("utf-8")).substitute(
-        title=escape(title),
+    return page(
+        "comparison.html",
+        "comparison.css",
+        "img-src data:",
+        title,
         answer=escape(answer),
         subtitle=f"{counted(len(conditions), 'condition')}, {counted(n_runs, 'run')}",
         legend="\n".join(f"<li>{_swatch(i)} {escape(each.name)}</li>" for i, each in enumerate(conditions)),
         notes="\n".join(f"<li>{escape(note)}</li>" for note in notes),
         sections="\n".join(_sections(conditions)),
         tables="\n".join(map(_table, tables)),
-        version=escape(f"predprey-esp {version('predprey-esp')}"),
-        style=(place / "comparison.css").read_text("utf-8"),
     )
 
 

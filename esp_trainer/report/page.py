@@ -5,10 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from html import escape
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -23,6 +20,7 @@ from esp_trainer.networks.feedforward import FeedForward
 from esp_trainer.presets import PRESETS, preset
 from esp_trainer.report import matches, moments
 from esp_trainer.report.charts import charts
+from esp_trainer.report.html import asset, page
 from esp_trainer.report.measure import MeasuredRuns, ReportOptions, measure_runs
 from esp_trainer.report.recorded import recorded
 from esp_trainer.report.source import RunSource
@@ -80,8 +78,11 @@ def run_page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         "charts": charts(runs),
         **(recorded(runs, shown, _starts(runs)) if unplayable else _computed(runs, shown)),
     }
-    return Template(_asset("page.html")).substitute(
-        title=escape(_title(sources)),
+    return page(
+        "page.html",
+        "style.css",
+        "script-src 'unsafe-inline'; img-src data: blob:",
+        _title(sources),
         subtitle=escape(_subtitle(sources)),
         verdict=escape(verdict(runs)),
         lines=("one line", "two lines", "three lines", "four lines", "five lines")[len(lines) - 1],
@@ -90,11 +91,9 @@ def run_page(runs: Sequence[MeasuredRuns], notes: Sequence[str] = ()) -> str:
         phases=escape(moments.why_no_phases(runs)),
         matrix_title=_MATRIX[captures][0],
         matrix_hint=_MATRIX[captures][1],
-        glossary=_asset("glossary.html" if captures else "glossary-of-game.html"),
+        glossary=asset("glossary.html" if captures else "glossary-of-game.html"),
         config=_config(sources[0].config),
         configured=escape(sources[0].name),
-        version=escape(f"predprey-esp {version('predprey-esp')}"),
-        style=_asset("style.css"),
         plotly=get_plotlyjs(),
         data=_json(data),
         scripts="\n".join([rules, *map(_script, _SCRIPTS)]),
@@ -107,13 +106,9 @@ def _line(line: Line) -> str:
     return f"<li>{escape(line.words)} {figures}</li>"
 
 
-def _asset(name: str) -> str:
-    return (files(__package__) / "assets" / name).read_text("utf-8")
-
-
 def _rules(sources: Sequence[RunSource]) -> tuple[str, list[str]]:
     """Return the rules as JavaScript, and a note for each network or sight of the runs that has no translation."""
-    floats = _asset("floats.js")
+    floats = asset("floats.js")
     kinds = matches.kinds_in(source.history for source in sources if source.history)
     try:
         return matches.rules_in_javascript(floats, kinds), []
@@ -135,7 +130,7 @@ def _untranslated(kind: type) -> str:
 
 
 def _script(name: str) -> str:
-    return _asset(f"{name}.js")
+    return asset(f"{name}.js")
 
 
 def _json(data: Any) -> str:

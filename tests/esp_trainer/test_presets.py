@@ -102,23 +102,22 @@ def test_the_children_of_the_paper_replace_the_bottom_half():
     assert 2 * EspConfig().n_elite == EspConfig().subpopulation_size / 2
 
 
-PAPERS = {
+NETWORKS = {
     "paper-3v2": (2, "split", "split"),
     "paper-3v1": (1, "split", "split"),
     "monolithic-3v2": (2, "monolithic", "monolithic"),
     "monolithic-3v1": (1, "monolithic", "monolithic"),
     "monolithic-3v1-wide": (1, "monolithic", "monolithic"),
-}
-BESIDE = {
     "matched-3v2": (2, "monolithic", "monolithic"),
     "matched-3v1": (1, "split", "monolithic"),
     "combiner-3v2": (2, "combiner", "combiner"),
     "combiner-3v1": (1, "split", "combiner"),
     "fleeing-prey-central": (1, "central", "split"),
 }
+BESIDE = [name for name in NETWORKS if not name.startswith(("paper", "monolithic"))]
 
 
-@pytest.mark.parametrize(("name", "expected"), (PAPERS | BESIDE).items())
+@pytest.mark.parametrize(("name", "expected"), NETWORKS.items())
 def test_presets_have_the_teams_and_networks_of_section_vi(name: str, expected: tuple[int, str, str]):
     config = preset(name)
     assert (config.env.n_prey, config.predators.controller, config.prey.controller) == expected
@@ -133,7 +132,7 @@ def test_the_wide_preset_has_more_hidden_neurons_in_the_prey_alone():
 @pytest.mark.parametrize("name", BESIDE)
 def test_what_stands_beside_them_plays_on_their_worlds(name: str):
     config = preset(name)
-    assert config.env == EnvConfig(n_prey=BESIDE[name][0])
+    assert config.env == EnvConfig(n_prey=NETWORKS[name][0])
     for side in (config.predators, config.prey):
         assert set(side.model_dump(exclude_defaults=True)) <= {"controller", "n_hidden", "policy"}
 

@@ -60,18 +60,23 @@ def first_gene(teams: np.ndarray) -> np.ndarray:
     return teams.reshape(len(teams), -1)[:, 0]
 
 
-def begun(config: RunConfig, guests: League) -> tuple[Coevolution, Spy]:
+def begun(config: RunConfig, guests: League | None = None) -> tuple[Coevolution, Spy]:
+    """A run with these guests, or those of both sides."""
     evaluator = Spy(config.env)
-    return Coevolution(config, new_sides(config, guests), evaluator), evaluator
+    return Coevolution(config, new_sides(config, guests or league(config)), evaluator), evaluator
+
+
+def first_generation(config: RunConfig) -> tuple[Coevolution, Spy]:
+    run, evaluator = begun(config)
+    run.step(0)
+    return run, evaluator
 
 
 # -- who is met ------------------------------------------------------------------------------------------------------
 
 
 def test_generation_0_meets_the_guests_and_their_results_are_remembered():
-    config = small(past_share=0.5)
-    run, evaluator = begun(config, league(config))
-    run.step(0)
+    run, evaluator = first_generation(small(past_share=0.5))
     # Trials of both sides together, of each against the guests of the other, candidates, and champion by champion.
     assert len(evaluator.teams) == 1 + 2 + 1 + 1
     for batch, role in ((1, "predators"), (2, "prey")):
@@ -86,7 +91,7 @@ def test_generation_0_meets_the_guests_and_their_results_are_remembered():
 
 def test_later_generations_meet_guests_and_champions_of_the_run():
     config = small(past_share=1.0, past_each_episode=True)
-    run, evaluator = begun(config, league(config))
+    run, evaluator = begun(config)
     champions = [run.step(number).champions["prey"].genomes for number in range(2)]
     before = len(evaluator.teams)
     run.step(2)
@@ -98,9 +103,7 @@ def test_later_generations_meet_guests_and_champions_of_the_run():
 
 
 def test_candidates_of_generation_0_meet_guests():
-    config = small(n_past=4)
-    run, evaluator = begun(config, league(config))
-    run.step(0)
+    _, evaluator = first_generation(small(n_past=4))
     assert len(evaluator.teams) == 1 + 1 + 2 + 1
     for batch, role in ((2, "predators"), (3, "prey")):
         met = first_gene(evaluator.teams[batch][other_team(role)])
@@ -124,7 +127,7 @@ def test_trials_of_generation_0_meet_no_past_if_only_one_side_has_guests():
 def test_breeding_uses_champions_of_the_run_only(fields: dict[str, Any]):
     """Mates of generation 1 are of generation 0, whose champions hold no gene of a guest."""
     config = small(**{"mutation_rate": 0.0, **fields})
-    run, _ = begun(config, league(config))
+    run, _ = begun(config)
     for number in range(3):
         run.step(number)
     for side in run.evolving.values():
@@ -134,7 +137,7 @@ def test_breeding_uses_champions_of_the_run_only(fields: dict[str, Any]):
 
 def test_a_full_hall_of_fame_thins_its_own_champions_and_keeps_the_guests():
     config = small(past_share=0.5, hof_size=OWN)
-    run, _ = begun(config, league(config))
+    run, _ = begun(config)
     for number in range(6):
         run.step(number)
     for side in run.evolving.values():

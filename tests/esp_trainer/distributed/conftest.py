@@ -6,9 +6,8 @@ import logging
 import os
 import threading
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 from waiting import join, wait
@@ -30,8 +29,7 @@ from ray.cluster_utils import Cluster
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 
-@dataclass(frozen=True)
-class TwoNodes:
+class TwoNodes(NamedTuple):
     """A cluster of two nodes with a core each; the driver is connected to the first."""
 
     cluster: Cluster

@@ -99,16 +99,16 @@ def test_it_plays_pauses_steps_and_seeks(page_file: Path, open_page: OpenPage) -
 @pytest.mark.slow
 def test_keys_do_the_same(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
-    page = tab.page
-    page.locator("#world").focus()
+    keyboard = tab.page.keyboard
+    tab.page.locator("#world").focus()
     assert tab(STATE)["time"] == 0
     for key, expected in (("End", "length"), ("Home", 0), ("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1)):
-        page.keyboard.press(key)
+        keyboard.press(key)
         shown = tab(STATE)
         assert shown["time"] == (shown["length"] if expected == "length" else expected)
-    page.keyboard.press(" ")
+    keyboard.press(" ")
     assert tab(STATE)["playing"]
-    page.keyboard.press(" ")
+    keyboard.press(" ")
     assert not tab(STATE)["playing"]
 
 
