@@ -15,7 +15,7 @@ from esp_trainer.coevolution.sides import new_sides, side_controller
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.team import Team
-from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.evaluation.reference import predprey_reference
 from esp_trainer.exact.chances import ask_in
 from esp_trainer.files import DamagedFileError
 from esp_trainer.networks import network_class, respond
@@ -151,11 +151,18 @@ def test_a_network_of_ones_own_plays_and_is_loaded(tmp_path: Path) -> None:
         assert Team.load(tmp_path / "team.safetensors").act({"prey_0": view}) == expected
 
 
-@pytest.mark.slow  # compiles the kernel
 def test_a_network_of_ones_own_evolves() -> None:
-    config = preset("smoke").with_fields({"prey.network": f"{HERE}:Linear"})
+    """By the reference evaluator: examples/own_network.py does so in a kernel that is compiled for its network."""
+    few = {
+        "env.max_cycles": 5,
+        "esp.n_trials": 20,
+        "esp.n_episodes": 1,
+        "champion.n_candidates": 2,
+        "champion.n_held_out": 4,
+    }
+    config = preset("smoke").with_fields({"prey.network": f"{HERE}:Linear", **few})
     assert side_controller(config, "prey").shape != side_controller(config, "predators").shape
-    run = Coevolution(config, new_sides(config), FusedEvaluator(config.env))
+    run = Coevolution(config, new_sides(config), predprey_reference(config.env))
     assert run.step(0).champions["prey"].genomes.shape[1:] == side_controller(config, "prey").shape
 
 

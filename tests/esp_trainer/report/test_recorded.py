@@ -7,6 +7,7 @@ import html
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,9 @@ from esp_trainer.networks import respond
 from esp_trainer.networks.feedforward import FeedForward, feed_forward
 from esp_trainer.presets import preset
 from esp_trainer.report import matches, recorded
+from esp_trainer.types import ROLES
 from predprey_env.jit import rule, zeros
+from predprey_env.sight import Sight
 
 DataOf = Callable[[Path], dict[str, Any]]
 PlayedByEnvironment = Callable[[Path, int, int, list[list[int]]], list[list[list[int]]]]
@@ -51,6 +54,16 @@ def recorded_page(runs: list[Path], report: Callable[..., int], tmp_path_factory
         patch.setattr(matches, "kinds_in", lambda _: [FeedForward, Odd])
         assert report(runs[0], "--out", place) == 0
     return place
+
+
+def test_the_kinds_of_network_and_sight_in_runs_are_named_once() -> None:
+    """Without playing: every kind of network has a kernel of its own to compile."""
+    paper = preset("paper-3v2")
+    odd = paper.with_fields({"predators.network": f"{__name__}:Odd"})
+    runs = [SimpleNamespace(config=config, champions=ROLES) for config in (odd, paper, odd)]
+    assert matches.kinds_in(runs) == [Odd, FeedForward, Sight]  # type: ignore[arg-type]
+    alone = SimpleNamespace(config=odd, champions=["predators"])
+    assert matches.kinds_in([alone]) == [Odd, Sight]  # type: ignore[list-item]
 
 
 def test_the_page_says_why_matches_are_recorded(recorded_page: Path) -> None:
@@ -194,13 +207,13 @@ def test_a_page_of_several_runs_plays_both_sides_of_one(
 
 
 @pytest.mark.slow
-def test_a_run_of_such_networks_has_a_page_that_plays(
-    report: Callable[..., int], tmp_path: Path, open_page: Callable[..., Any]
+def test_a_page_of_recorded_matches_against_a_script_plays(
+    report: Callable[..., int], tmp_path: Path, open_page: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(matches, "kinds_in", lambda _: [FeedForward, Odd])
     run = tmp_path / "run"
     world = ["--env.size", "24", "--env.max_cycles", "60", "--prey.policy", "flee_nearest"]
-    network = ["--predators.network", f"{__name__}:Odd"]
-    assert main(["train", "smoke", *world, *network, "--generations", "4", "--out", str(run), "--quiet"]) == 0
+    assert main(["train", "smoke", *world, "--generations", "4", "--out", str(run), "--quiet"]) == 0
     assert report(run) == 0
     tab = open_page(run / "report.html")
     assert tab.page.locator(".choice .prey legend").inner_text() == "Prey by the script flee_nearest"

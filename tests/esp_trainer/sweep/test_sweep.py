@@ -343,7 +343,7 @@ def test_a_sweep_that_is_stopped_leaves_nobody_behind_and_goes_on(
         for cell in CELLS:
             done = len((out / f"{cell}-seed0/metrics.jsonl").read_bytes().splitlines())
             assert RunDirectory(out / f"{cell}-seed0").champion_generations("prey") == list(range(done))
-    assert sweep(file, out) == 0
+    assert sweep(file, out, "--workers", "1") == 0
     for cell, expected in long_runs.items():
         assert snapshot(out / f"{cell}-seed0") == expected
 
