@@ -32,6 +32,7 @@ from esp_trainer.exact.chances import chances
 from esp_trainer.exact.parity import by_parity, means_by_parity
 from esp_trainer.exact.response import best_responses
 from esp_trainer.exact.solution import Solution, solve
+from esp_trainer.files import write_text
 from esp_trainer.presets import preset
 from esp_trainer.types import ROLES, Role, ScriptedTeams
 from predprey_env.config import EnvConfig
@@ -140,7 +141,7 @@ def course(learner: LearningRun, seed: int, generations: int, place: Path, solut
             found[role].append(answered(teams[role], role, solution))
         found["met"].append(match(teams["predators"], teams["prey"], solution.config, DUEL_EPISODES, seed).caught.rate)
     kept.parent.mkdir(parents=True, exist_ok=True)
-    kept.write_text(json.dumps(found))
+    write_text(kept, json.dumps(found))
     return found
 
 

@@ -9,6 +9,8 @@ import argparse
 import inspect
 from types import ModuleType
 
+from study import table
+
 from esp_trainer.evaluation.match import match
 from esp_trainer.tasks import WORLDS
 from esp_trainer.types import ScriptedTeams
@@ -40,7 +42,7 @@ def main() -> None:
     print(ABOUT.format(scripts=listed, episodes=f"{options.episodes:,}"))
     for name, env in WORLDS.items():
         print(f"\n## {name}\n\n{env.n_prey} prey on {env.size} x {env.size} cells, {env.max_cycles} steps.\n")
-        print(table(env, options.episodes))
+        print(captures(env, options.episodes))
     print(PARITY_NOTE)
     print(f"\n## Sources\n\n- Predators: {sources(predators)}\n- Prey: {sources(prey)}")
 
@@ -59,13 +61,13 @@ def sources(module: ModuleType) -> str:
     return " ".join(str(inspect.getdoc(module)).partition("Sources: ")[2].split())
 
 
-def table(env: EnvConfig, episodes: int) -> str:
+def captures(env: EnvConfig, episodes: int) -> str:
     """Return a table with rows of predators and columns of prey."""
-    lines = [f"| predators | {' | '.join(SCRIPTS['prey'])} |", "| --- |" + " ---: |" * len(SCRIPTS["prey"])]
+    rows = []
     for hunters in SCRIPTS["predators"]:
         results = [match(ScriptedTeams(hunters), ScriptedTeams(hunted), env, episodes) for hunted in SCRIPTS["prey"]]
-        lines.append(f"| `{hunters}` | {' | '.join(str(result.caught) for result in results)} |")
-    return "\n".join(lines)
+        rows.append([f"`{hunters}`", *(result.caught for result in results)])
+    return table(["predators", *SCRIPTS["prey"]], rows, "---:")
 
 
 if __name__ == "__main__":

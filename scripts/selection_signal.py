@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from study import table
 
 from esp_trainer.analysis.inference import summary
 from esp_trainer.config import EspConfig, SideConfig
@@ -53,11 +54,11 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small and meaningless, to see that it works")
     options = parser.parse_args()
     generations, seeds = (6, 2) if options.quick else (300, 4)
-    print("| scored by | signal, first tenth | signal, last tenth | distance to the target |")
-    print("| --- | ---: | ---: | ---: |")
+    heads, rows = ["scored by", "signal, first tenth", "signal, last tenth", "distance to the target"], []
     for condition in CONDITIONS:
         found = np.array([evolve(condition, generations, seed) for seed in range(seeds)])
-        print(f"| {condition.name} | {' | '.join(summary(column) for column in found.T)} |", flush=True)
+        rows.append([condition.name, *map(summary, found.T)])
+    print(table(heads, rows, "---:"))
 
 
 def evolve(condition: Design, generations: int, seed: int) -> tuple[float, float, float]:

@@ -11,6 +11,7 @@ from study import fill, table
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import Comparison, compare
+from esp_trainer.files import write_text
 from learners.matrix import Matrix
 from predprey_env.policies import SCRIPTS
 
@@ -53,7 +54,7 @@ def write(matrix: Matrix, out: Path) -> Path:
         "matrix": table(["", *columns], [[f"**{p}**", *(_put(cells[p, q]) for q in columns)] for p in rows]),
     }
     page = out / "benchmark.md"
-    page.write_text(fill(Path(__file__).with_name("page.md"), values))
+    write_text(page, fill(Path(__file__).with_name("page.md"), values))
     return page
 
 

@@ -16,9 +16,9 @@ from study import in_processes
 from esp_trainer import Team, preset
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
 from learners.contestants import TASK, TeamKind
-from predprey_env.agents import other_team
 
 Job = tuple[Any, ...]
 """A function and its arguments."""
@@ -78,7 +78,7 @@ def _jobs(contestant: TeamKind, place: Path) -> dict[str, Job]:
         if contestant.method == "evolved" and missing:
             jobs[f"{contestant.name}, {seed}"] = evolve, *evolution
         elif contestant.method == "answer" and missing:
-            jobs[f"{contestant.name}, {seed}"] = answer, *evolution, place / "together-dense" / f"seed-{seed}"
+            jobs[f"{contestant.name}, {seed}"] = evolve, *evolution, place / "together-dense" / f"seed-{seed}"
         elif contestant.trained == "together" and missing:
             jobs[f"{contestant.run}, {seed}"] = ppo, contestant, "both", seed, out
         else:
@@ -103,29 +103,19 @@ def ppo(contestant: TeamKind, role: str, seed: int, out: Path) -> None:
         raise RuntimeError(f"{' '.join(command[1:3])} failed: {done.stderr.strip().splitlines()[-1]}")
 
 
-def evolve(name: str, generations: int, seed: int, out: Path) -> None:
-    """Coevolve both sides, and keep the last champions."""
+def evolve(name: str, generations: int, seed: int, out: Path, frozen: Path | None = None) -> None:
+    """Coevolve both sides, or evolve each against the other's frozen team of PPO; keep the last champions."""
     config = preset(name).replace(seed=seed, generations=generations)
     evaluator = FusedEvaluator(config.env, threads=1)
     evaluator.compile()
-    start = time.process_time()
-    history = History.evolve(config, evaluator)
-    spent = time.process_time() - start
-    for role in ROLES:
-        _keep(history, role, out, spent)
-
-
-def answer(name: str, generations: int, seed: int, out: Path, frozen: Path) -> None:
-    """Evolve each side against the other's frozen team of PPO, and keep the last champions."""
-    config = preset(name).replace(seed=seed, generations=generations)
-    evaluator = FusedEvaluator(config.env, threads=1)
-    evaluator.compile()
-    for role in ROLES:
-        other = other_team(role)
-        team = Team.load(frozen / f"{other}-10.safetensors")
+    for roles in [ROLES] if frozen is None else [(role,) for role in ROLES]:
+        others = [role for role in ROLES if role not in roles]
+        fixed = {other: Team.load(frozen / f"{other}-10.safetensors") for other in others if frozen}
         start = time.process_time()
-        history = History.evolve(config, evaluator, fixed={other: team})
-        _keep(history, role, out, time.process_time() - start)
+        history = History.evolve(config, evaluator, fixed=fixed)
+        spent = time.process_time() - start
+        for role in roles:
+            _keep(history, role, out, spent)
 
 
 def _keep(history: History, role: Role, out: Path, spent: float) -> None:
@@ -134,5 +124,5 @@ def _keep(history: History, role: Role, out: Path, spent: float) -> None:
     steps = (
         config.generations * config.esp.n_trials * config.esp.n_episodes * config.env.max_cycles * config.env.n_agents
     )
-    (out / f"{role}.json").write_text(json.dumps({"cpu_seconds": spent, "steps": steps}))
+    write_text(out / f"{role}.json", json.dumps({"cpu_seconds": spent, "steps": steps}))
     history.team(role, len(history) - 1).save(out / f"{role}.safetensors")

@@ -13,6 +13,7 @@ from study import fill, table
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import compare, holm, summary
+from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
 
 ALL = "all others"
@@ -35,7 +36,7 @@ def write(template: Path, found: Mapping[str, Arrays], behaviours: Sequence[str]
     fields["best"] = " ".join(_best(_TITLES[task], arrays) for task, arrays in found.items())
     for task, arrays in found.items():
         fields |= {f"{what}_{task}": text for what, text in _of_task(arrays, behaviours).items()}
-    (out / template.name).write_text(fill(template, fields))
+    write_text(out / template.name, fill(template, fields))
     _draw(found, out / template.stem / "level.png")
     print(out / template.name)
 

@@ -11,6 +11,7 @@ from study import fill, table
 from esp_trainer.analysis.games import exploitability_of_generations, solve_matrix
 from esp_trainer.analysis.progress import dominant_generations, historical_progress
 from esp_trainer.analysis.ratings import rate
+from esp_trainer.files import write_text
 from esp_trainer.types import ROLES
 from reproduction.cells import All, interval, mean, p_value, rows_of, strengths
 from reproduction.claims import Verdict
@@ -37,7 +38,7 @@ def write(results: All, verdicts: Sequence[Verdict], made_by: str, out: Path) ->
         "n_runs": sum(found.n_seeds for found in results.values()),
         "n_settings": len(results),
     }
-    (out / "reproduction.md").write_text(fill(PLACE / "page.md", common | _abstract(results)))
+    write_text(out / "reproduction.md", fill(PLACE / "page.md", common | _abstract(results)))
     sensitivity = [each for each in results.values() if each.setting.part == "sensitivity"]
     short = sensitivity[0]["curve.caught"].shape[1] if sensitivity else None
     tables = {
@@ -60,7 +61,7 @@ def write(results: All, verdicts: Sequence[Verdict], made_by: str, out: Path) ->
         "confirmed": ranked(results, ("modern",)),
         "levels": levels(results),
     }
-    (out / "reproduction" / "supplement.md").write_text(fill(PLACE / "supplement.md", common | tables))
+    write_text(out / "reproduction" / "supplement.md", fill(PLACE / "supplement.md", common | tables))
 
 
 def _abstract(results: All) -> dict[str, object]:
