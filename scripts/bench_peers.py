@@ -35,9 +35,10 @@ JAX = "JaxMARL `simple_tag`, 1024 worlds, 3 v 2, `lax.scan`"
 ANSWER = f"""\
 In 1,024 worlds `vector_env` makes {{figure of `vector_env(1024, ...)`, predators against random prey}}, and JaxMARL's \
 `simple_tag` {{figure of {JAX}}} ({{ratio of {JAX}}} as fast).
-Through PettingZoo's API one world makes {{figure of `parallel_env()`}}, and one of MPE's `simple_tag` \
+One world through PettingZoo's API makes {{figure of `parallel_env()`}}, and one of MPE's `simple_tag` \
 {{figure of MPE}} ({{ratio of MPE}} as fast).
-The same work in 128 worlds is {{figure of SuperSuit}} through SuperSuit ({{ratio of SuperSuit}} as fast)."""
+128 worlds through SuperSuit make {{figure of SuperSuit}} ({{ratio of SuperSuit}} as fast, in `vector_env` and for the \
+same work)."""
 ABOUT = """\
 All figures are of this run. A step is a time step of one world, with random actions drawn before; observations, rewards
 and infos are given back, and resets are part of it. Times are medians of CPU seconds of the whole process and of those

@@ -25,10 +25,10 @@ SECTIONS = {
     "process": training.process_rows,
 }
 ANSWER = """\
-The compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {figure of `fused`,} on one thread.
-The same through PettingZoo's API takes {figure of `reference`}, {ratio of `reference`}. `parallel_env` makes \
+On one thread the compiled evaluator (`fused`) plays the 6,000 episodes of a generation in {figure of `fused`,}.
+The same through PettingZoo's API takes {figure of `reference`} ({ratio of `reference`}). `parallel_env` makes \
 {figure of `parallel_env()`} with random actions.
-A network of a user's own costs {ratio of trials with networks of a user}, for the same work."""
+A network of your own costs {ratio of trials with networks of a user} for the same work."""
 ABOUT = f"""\
 The evaluators play the trials of the first generation of `{PRESET}`: teams drawn from random subpopulations. Their
 times are medians of CPU seconds, taken in turns, warm; ratios are to `fused` on one thread. The results of the

@@ -1,7 +1,7 @@
 """What selection sees, and how far a population gets by it, where the truth is known: a table as Markdown.
 
 Each neuron adds a known amount to the fitness of its team, the more the nearer its genes are to a target; trials add
-noise. ESP breeds as in the game. So one can see what share of the differences between neurons selection sees, and
+noise. ESP breeds as in the game. So one can see what fraction of the differences between neurons selection sees, and
 how near the genes come to the target.
 
     python scripts/selection_signal.py            # four minutes

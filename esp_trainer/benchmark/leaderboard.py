@@ -16,6 +16,7 @@ from predprey_env.policies import SCRIPTS
 from predprey_env.settings import brief
 
 _TITLE = "# Leaderboard\n\n"
+_OPENING = "The best policies of each task, against evolved teams that are held out from training:\n\n"
 _INTRODUCTION = """\
 How well policies do against teams that are held out from training, in fractions of the prey: caught for predators, not
 caught for prey; best first. *Held out* are teams of the race presets, *older* those of the first zoo. A row is made by
@@ -52,7 +53,7 @@ def append(path: Path, result: BenchmarkResult) -> None:
 def write_leaderboard(path: Path, tables: Mapping[str, Sequence[str]]) -> None:
     """Write a leaderboard: its answer, its introduction, and the rows under each title, best first."""
     parts = [f"## {title}\n\n{_HEAD}\n" + "\n".join(tables[title]) + "\n" for title in sorted(tables)]
-    write_text(path, "\n".join([f"{_TITLE}{_answer(tables)}\n\n{_INTRODUCTION}", *parts]))
+    write_text(path, "\n".join([f"{_TITLE}{_OPENING}{_answer(tables)}\n\n{_INTRODUCTION}", *parts]))
 
 
 def _answer(tables: Mapping[str, Sequence[str]]) -> str:
@@ -83,8 +84,8 @@ def read_leaderboard(path: Path) -> dict[str, list[str]]:
     """
     text = path.read_bytes().decode() if path.exists() else _TITLE + _INTRODUCTION
     answer, introduction, rest = text.partition(_INTRODUCTION)
-    # Older releases wrote no answer, or one line of it.
-    if not introduction or not re.fullmatch(rf"{_TITLE}(((- )?On `\w+` the best .+\n)+\n)?", answer):
+    # Older releases wrote no answer, or one line of it, and no opening.
+    if not introduction or not re.fullmatch(rf"{_TITLE}({_OPENING})?(((- )?On `\w+` the best .+\n)+\n)?", answer):
         raise ValueError(f"{path} is not a leaderboard: it does not begin with the introduction of one")
     before, *parts = re.split(r"^## (.+)$", rest, flags=re.MULTILINE)
     tables: dict[str, list[str]] = {}

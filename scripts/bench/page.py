@@ -31,6 +31,16 @@ def at_least(value: float, target: float) -> bool:
     return round(value, 2) >= target
 
 
+UNITS = {"/CPU-s": " a CPU-second", " CPU-s": " CPU-seconds", " CPU-ms": " CPU-milliseconds"}
+
+
+def in_words(cell: str) -> str:
+    """Return a cell of the table as prose says it: ``7 steps/CPU-s`` is ``7 steps a CPU-second``, ``2 x`` ``2 times``."""
+    for unit, words in UNITS.items():
+        cell = cell.replace(unit, words)
+    return re.sub(r"(?<=\d) x\b", " times", cell)
+
+
 def measure_and_print(
     title: str,
     about: str,
@@ -71,4 +81,4 @@ def _cell(rows: list[Row], named: re.Match[str]) -> str:
     said = next((str(getattr(row, named[1])) for row in rows if row.what.startswith(named[2])), "")
     if not said:
         raise LookupError
-    return said.split(", ")[0]
+    return in_words(said.split(", ")[0])

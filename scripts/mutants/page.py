@@ -15,16 +15,16 @@ PAGE = ROOT / "docs" / "reliability" / "mutation.md"
 ABOUT = """\
 # Mutation testing
 
-The tests notice {killed:,} of {counted:,} changes of one thing in the rules, operators and fitness that could be
-noticed, {score:.1%}.
+The tests notice {killed:,} of {counted:,} small faults ({score:.1%}) that were put one at a time into the rules, the
+operators and the fitness. Faults that change nothing are not counted.
 
-Made by `python scripts/mutation.py`; the docstring there says how. One thing of a module is changed at a time by Cosmic
-Ray {version}, an operator, a number, a condition or a loop, and the module's own tests are run. A mutant is killed when
-a test fails, or when the tests take over five times as long as otherwise, and 20 s. Not counted are mutants of
-annotations, of decorators, of what errors say, of equality to identity, and those that are not Python. The score is the
-share killed of the mutants that are not equivalent, which nobody could tell from the original. All that live were read,
-and below is why each may. Cosmic Ray leaves out no single statement and swaps no arguments: of such mistakes the score
-says nothing.
+Made by `python scripts/mutation.py`; the docstring there says how. Cosmic Ray {version} changes one thing of a module
+at a time (an operator, a number, a condition or a loop), and the module's own tests are run. Such a *mutant* is
+killed when a test fails, or when the tests take over five times as long as otherwise, and 20 s. Not counted are
+mutants of annotations, of decorators, of what errors say, of equality to identity, and those that are not Python. The
+score is the fraction killed of the mutants that are not *equivalent*: an equivalent mutant behaves as the original
+does. Every mutant that survived was read, and the lists below say why it may live. Cosmic Ray leaves out no single
+statement and swaps no arguments, so the score says nothing of such mistakes.
 """
 
 

@@ -55,7 +55,7 @@ class TrainingWorlds:
         self.envs = [self._env(opponent) for opponent in opponents]
         self.parts = [self._begin(i) for i in range(len(opponents))]
         self.captures: list[float] = []
-        """Share of prey caught in each episode that ended."""
+        """Fraction of prey caught in each episode that ended."""
 
     def _env(self, opponent: str | Team) -> Any:
         env = self.settings.env.replace(reward=self.settings.reward)
@@ -72,7 +72,7 @@ class TrainingWorlds:
         self.parts[i] = self._begin(i)
 
     def look(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return what agents see, the share of the time that has passed, and who still plays."""
+        """Return what agents see, the fraction of the time that has passed, and who still plays."""
         seen = np.stack([part[0] for part in self.parts]).reshape(-1, self.shape.n_agents, self.shape.n_seen)
         steps, captured = (np.stack([part[1][name] for part in self.parts]) for name in ("steps", "captured"))
         passed = steps.reshape(-1, self.shape.n_agents)[:, 0] / self.settings.env.max_cycles

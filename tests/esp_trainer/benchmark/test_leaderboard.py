@@ -47,26 +47,29 @@ def test_the_best_against_held_out_teams_comes_first(board: Path, result: Make):
     assert rows(board) == {"3v2, predators": ["with 0.5", "with 0.4", "with 0.3"]}
 
 
+OPENING = "# Leaderboard\n\nThe best policies of each task, against evolved teams that are held out from training:\n\n"
+
+
 def test_it_begins_with_how_the_best_do_beside_scripts(board: Path, result: Make):
     append(board, result(0.4, name="a"))
     only = "the best predators catch 0.40 of the held-out prey"
-    assert board.read_text().startswith(f"# Leaderboard\n\n- On `3v2` {only}.\n\nHow well")
+    assert board.read_text().startswith(f"{OPENING}- On `3v2` {only}.\n\nHow well")
     append(board, result(0.1, name="b", digest="surround"))
     assert f"- On `3v2` {only} (the best script 0.10).\n\n" in board.read_text()
     append(board, result(0.8, name="c", role="prey", digest="flee_nearest"))
     append(board, result(0.7, name="d", role="prey"))
     assert board.read_text().startswith(
-        f"# Leaderboard\n\n- On `3v2` {only} (the best script 0.10), and the best prey escape 0.80 of the time from "
+        f"{OPENING}- On `3v2` {only} (the best script 0.10), and the best prey escape 0.80 of the time from "
         "held-out predators (a script; the best other policy 0.70).\n\n"
     )
 
 
 def test_one_of_an_older_release_gets_its_answer(board: Path, result: Make):
     append(board, result(name="a"))
-    board.write_text(re.sub("- On `3v2` .+\n\n", "", board.read_text()))
+    board.write_text(re.sub("The best policies .+\n\n- On `3v2` .+\n\n", "", board.read_text()))
     append(board, result(name="b", task="3v1"))
     best = "the best predators catch 0.40 of the held-out prey."
-    assert f"# Leaderboard\n\n- On `3v1` {best}\n- On `3v2` {best}\n\nHow well" in board.read_text()
+    assert f"{OPENING}- On `3v1` {best}\n- On `3v2` {best}\n\nHow well" in board.read_text()
 
 
 def test_tasks_and_roles_have_tables_of_their_own(board: Path, result: Make):
