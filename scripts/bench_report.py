@@ -1,9 +1,9 @@
 """How long ``esp-trainer report`` takes, how large its page is, and how soon a browser shows it: ``docs/report.md``.
 
-    python scripts/bench_report.py RUN [RUN ...] [--moments RUN]
+    python scripts/bench_report.py RUN [RUN ...]
+    python scripts/bench_report.py RUN --pictures   # only take the pictures, which are those of the tutorial's run
 
-Prints a row for the first run by itself, and one for all of them. Takes pictures of the first, and of the moments of
-another run too if one is named. Needs Chromium, and the extra ``test``.
+Prints a row for the first run by itself, and one for all of them. Needs Chromium, and the extra ``test``.
 """
 
 from __future__ import annotations
@@ -22,11 +22,13 @@ from tempfile import TemporaryDirectory
 from playwright.sync_api import Page, sync_playwright
 from study import table
 
+# The last predators and prey, a little before the end of the chase that the page begins with.
+NEAR_THE_END = "() => { predprey.player.pause(); predprey.player.seek(predprey.player.match.length - 9); }"
 # The moment of the rarest behaviour that is seen with a capture, as it happens.
-SHOW = """() => {
+RAREST = """() => {
   const { player, data: { moments } } = predprey;
   const rare = ["encirclement", "herding", "simultaneous capture", "opposing attack"];
-  const moment = moments.find(({ behaviour }) => rare.includes(behaviour)) ?? moments[0];
+  const moment = moments.findLast(({ behaviour }) => rare.includes(behaviour)) ?? moments[0];
   const team = { run: moment.run, generation: moment.generation };
   player.show({ predators: team, prey: team, start: moment.start, name: "of this moment", step: moment.step + 3 });
   document.getElementById("play").scrollIntoView();
@@ -65,18 +67,36 @@ def shown(page: Path) -> float:
         return float(tab.evaluate(READY))
 
 
+def pictures(page: Path, out: Path) -> None:
+    """Take pictures of a page: as it opens, at its rarest behaviour, and of its moments."""
+    with opened(page) as tab:
+        tab.set_viewport_size({"width": 1240, "height": 1000})  # the whole matrix below the verdict
+        tab.evaluate(READY)
+        tab.locator("#moments").screenshot(path=out / "moments.png")
+        tab.evaluate("scrollTo(0, 0)")
+        tab.evaluate(NEAR_THE_END)
+        tab.wait_for_timeout(1000)  # until it is drawn
+        tab.screenshot(path=out / "page.png")
+        tab.evaluate(RAREST)
+        tab.wait_for_timeout(1000)  # until it has scrolled there
+        tab.screenshot(path=out / "player.png")
+
+
 def main() -> None:
-    """Make pages, open them, and print the table."""
+    """Make pages, open them, and print the table; or take pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN")
-    parser.add_argument("--moments", type=Path, metavar="RUN", help="take a picture of its moments too")
+    parser.add_argument("--pictures", action="store_true", help="measure nothing, and take pictures of the first run")
     parser.add_argument("--out", type=Path, default=Path("docs/report"), help="where pictures go")
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory() as place:
         page = Path(place) / "page.html"
         runs = [Path(shutil.copytree(run, Path(place) / run.resolve().name)) for run in options.runs]
         report(runs[:1], page)  # compiles
+        if options.pictures:
+            options.out.mkdir(parents=True, exist_ok=True)
+            pictures(page, options.out)
+            return
         rows = []
         for chosen in [runs[:1], runs] if len(runs) > 1 else [runs]:
             for run in chosen:
@@ -86,15 +106,6 @@ def main() -> None:
             size = page.stat().st_size / 1e6
             rows.append([len(chosen), f"{first:.1f} s", f"{again:.1f} s", f"{size:.1f} MB", f"{opening:.2f} s"])
         print(table(["runs", "made in", "with the cross-play kept", "size", "opened in"], rows))
-        for number, run in enumerate([runs[0], *([options.moments] if options.moments else [])], 1):
-            report([run], page)
-            with opened(page) as tab:
-                tab.evaluate(READY)
-                tab.locator("#moments").screenshot(path=options.out / f"moments-{number}.png")
-                if number == 1:
-                    tab.evaluate(SHOW)
-                    tab.wait_for_timeout(1000)  # until it has scrolled there
-                    tab.screenshot(path=options.out / "player.png")
 
 
 if __name__ == "__main__":

@@ -215,3 +215,12 @@ def test_what_selection_sees_is_a_row_for_each_way_to_score() -> None:
     for row in rows:
         assert row.split("|")[1] in page, "the page has this row"
     assert len(rows) == 2 + 7
+
+
+def test_prose_says_units_in_words() -> None:
+    sys.path.insert(0, str(SCRIPTS))
+    from bench.page import in_words
+
+    assert in_words("7,866,313 steps/CPU-s") == "7,866,313 steps a CPU-second"
+    assert in_words("0.08 CPU-s") == "0.08 CPU-seconds"
+    assert in_words("1,134.1 x fused") == "1,134.1 times fused"

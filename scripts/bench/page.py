@@ -31,14 +31,20 @@ def at_least(value: float, target: float) -> bool:
     return round(value, 2) >= target
 
 
-UNITS = {"/CPU-s": " a CPU-second", " CPU-s": " CPU-seconds", " CPU-ms": " CPU-milliseconds"}
+UNITS = {
+    r"/CPU-s\b": " a CPU-second",
+    r" CPU-s\b": " CPU-seconds",
+    r" CPU-ms\b": " CPU-milliseconds",
+    r"(?<=\d) x\b": " times",
+}
+"""Unit in a cell of the table -> words of prose."""
 
 
 def in_words(cell: str) -> str:
-    """Return a cell of the table as prose says it: ``7 steps/CPU-s`` is ``7 steps a CPU-second``, ``2 x`` ``2 times``."""
+    """Return a cell as prose says it: ``7 steps/CPU-s`` is ``7 steps a CPU-second``, ``2 x`` is ``2 times``."""
     for unit, words in UNITS.items():
-        cell = cell.replace(unit, words)
-    return re.sub(r"(?<=\d) x\b", " times", cell)
+        cell = re.sub(unit, words, cell)
+    return cell
 
 
 def measure_and_print(

@@ -88,7 +88,7 @@ class Charts {
       hovertemplate: `predators of generation %{y}<br>prey of generation %{x}<br>%{z:.2f} ${matrix.words}<extra></extra>`,
     };
     const here = { ...this.#here(), mode: "markers", hoverinfo: "skip",
-      marker: { symbol: "square-open", size: 11, color: "#ffffff", line: { width: 2 } }, showlegend: false };
+      marker: { symbol: "square-open", size: [14, 10], color: ["#1d2430", "#ffffff"], line: { width: 2 } }, showlegend: false };
     const ends = (axis) => [axis[0], axis.at(-1)];
     const both = { mode: "lines", x: ends(x), y: ends(y), hoverinfo: "skip", showlegend: false, line: { color: "#ffffff", width: 1, dash: "dot" } };
     const title = (text) => ({ text, font: { color: colour("muted") } });
@@ -104,10 +104,10 @@ class Charts {
     }
   }
 
-  // Return the cell of the current match, if it belongs to this matrix.
+  // Return the cell of the current match, if it belongs to this matrix: twice, for a white square in a dark one, which are seen on any ground.
   #here() {
     const { predators, prey } = this.player ?? {}, inside = predators?.run === this.run && prey?.run === this.run;
-    return { x: inside ? [prey.generation] : [], y: inside ? [predators.generation] : [] };
+    return { x: inside ? Array(2).fill(prey.generation) : [], y: inside ? Array(2).fill(predators.generation) : [] };
   }
 
   // Mark the cell of the current match.
