@@ -408,7 +408,7 @@ TEAMS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "of a third role": (lambda team: _change_header(team, role="referee"), "role must be one of predators, prey"),
     "with other networks": (
         lambda team: _change_header(team, side={"n_hidden": 11}),
-        "is not a usable team: genomes must have shape",
+        "is not a usable team: genomes of feedforward networks must have shape",
     ),
     "with provenance in words": (lambda team: _change_header(team, provenance="mine"), "is not a usable team"),
     "with no provenance at all": (lambda team: _change_header(team, provenance=None), "is not a usable team"),
