@@ -105,7 +105,7 @@ def others(place: Path, tasks: list[str]) -> list[dict[str, Any]]:
 
 
 def evolve(tasks: list[str], place: Path, quick: bool, workers: int) -> dict[str, list[History]]:
-    """Do the runs of some tasks that are not whole; return all of them."""
+    """Do the runs of some tasks that are not whole yet; return all runs of each task."""
     names = [name for task in tasks for kind in PRESET_KINDS if (name := f"{kind}-{task}") in PRESETS]
     fields = dict.fromkeys(names, SMALL) if quick else OWN_FIELDS
     plan = [

@@ -41,7 +41,7 @@ SMALL: dict[str, Any] = {
 }
 """Fields of a run that takes seconds and means nothing."""
 SMALL_WORLD = {"env.size": 16, "env.max_cycles": 30}
-"""And of its world, where it meets no teams of the zoo: those have a world of their own."""
+"""Fields of a small world, for runs that meet no teams of the zoo: those play in the worlds of their tasks."""
 
 
 class StudyParser(argparse.ArgumentParser):

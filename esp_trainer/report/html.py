@@ -19,7 +19,7 @@ def page(template: str, style: str, policy: str, title: str, **values: str) -> s
     Args:
         template: Name of the asset that is filled in.
         style: Name of the asset that is its style sheet.
-        policy: What its Content Security Policy allows; everything else is forbidden.
+        policy: What its Content Security Policy allows beside the style sheet; everything else is forbidden.
         title: Title.
         values: Other values to fill in.
     """

@@ -60,13 +60,12 @@ class Around(Configured):
 
     @property
     def _config(self) -> EnvConfig:
-        config: EnvConfig = self._inner.config
-        return config
+        return self._inner.config
 
     @property
     def max_cycles(self) -> int:
         """Time limit in steps; see :attr:`predprey_env.PredPreyEnv.max_cycles`."""
-        return int(self._inner.max_cycles)
+        return self._inner.max_cycles
 
     @max_cycles.setter
     def max_cycles(self, steps: int) -> None:
@@ -75,15 +74,14 @@ class Around(Configured):
     @property
     def np_random(self) -> np.random.Generator:
         """The environment's generator."""
-        generator: np.random.Generator = self._inner.np_random
-        return generator
+        return self._inner.np_random
 
     @property
     def np_random_seed(self) -> int:
         """Seed from which the generator was made."""
-        return int(self._inner.np_random_seed)
+        return self._inner.np_random_seed
 
-    def render(self) -> Any:
+    def render(self) -> str | np.ndarray | None:
         """Render the whole world; see :meth:`predprey_env.PredPreyEnv.render`."""
         return self._inner.render()
 

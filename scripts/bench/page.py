@@ -58,8 +58,8 @@ def measure_and_print(
 ) -> None:
     """Measure the sections that the command line asks for, and print the page.
 
-    The page begins with ``answer``, in which ``{figure of ROW}`` or ``{ratio of ROW}`` stands for a cell of the first
-    row that begins so, up to its first comma. A page without one of these rows has no answer.
+    The page begins with ``answer``, in which ``{figure of ROW}`` and ``{ratio of ROW}`` stand for a cell, up to its
+    first comma, of the first row that begins with ROW. A page that lacks one of these cells has no answer.
     """
     parser = argparse.ArgumentParser(description=f"Measure and print {title!r}.")
     parser.add_argument("--quick", action="store_true", help="only see that everything runs")

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from threading import Thread
 
-PATIENCE = 600.0  # seconds: guards against hanging only, however slow and busy the machine
+PATIENCE = 900.0  # seconds: guards against hanging only, however slow and busy the machine
 
 
 def wait(happened: Callable[[], Any], pause: float = 0.005) -> Any:

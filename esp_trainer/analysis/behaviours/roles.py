@@ -107,7 +107,7 @@ def role_towards_any(episode: Episode, row: int, predator: int) -> int:
 
 @rule
 def anybody(episode: Episode, row: int, kind: int) -> bool:
-    """Return whether any predator attacks any prey, or blocks it if ``kind`` is ``BLOCKS``; one may do both."""
+    """Return whether any predator attacks any prey, or blocks any if ``kind`` is ``BLOCKS``."""
     for predator in range(episode.n_predators):
         for prey in range(episode.n_prey):
             if episode.attacks[row, predator, prey] if kind == ATTACKS else episode.blocks[row, predator, prey]:

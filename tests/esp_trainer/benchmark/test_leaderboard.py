@@ -64,9 +64,12 @@ def test_it_begins_with_how_the_best_do_beside_scripts(board: Path, result: Make
     )
 
 
-def test_one_of_an_older_release_gets_its_answer(board: Path, result: Make):
+@pytest.mark.parametrize("later", ["The best policies .+\n\n", "The best policies .+\n\n- On `3v2` .+\n\n"])
+def test_one_of_an_older_release_gets_its_opening_and_answer(board: Path, result: Make, later: str):
     append(board, result(name="a"))
-    board.write_text(re.sub("The best policies .+\n\n- On `3v2` .+\n\n", "", board.read_text()))
+    older = re.sub(later, "", board.read_text())
+    assert not older.startswith(OPENING)
+    board.write_text(older)
     append(board, result(name="b", task="3v1"))
     best = "the best predators catch 0.40 of the held-out prey."
     assert f"{OPENING}- On `3v1` {best}\n- On `3v2` {best}\n\nHow well" in board.read_text()
