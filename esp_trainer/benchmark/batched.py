@@ -96,7 +96,7 @@ class SB3Policy(WeighingPolicy):
         """Return the probabilities of a model that has a distribution over actions, such as PPO and A2C."""
         policy = self._model.policy
         if not hasattr(policy, "get_distribution"):
-            raise PolicyError(f"{type(self._model).__name__} does not say the chances of its actions")
+            raise PolicyError(f"{type(self._model).__name__} does not give the probabilities of its actions")
         import torch
 
         with torch.no_grad():
@@ -140,7 +140,7 @@ class TorchPolicy(WeighingPolicy):
         """Return the probabilities that the module's preferences give."""
         found = self._ask(rows)
         if found.ndim == 1:
-            raise PolicyError("the module does not say the chances of its actions: it returns actions")
+            raise PolicyError("the module does not give the probabilities of its actions: it returns actions")
         return found.softmax(1).numpy()
 
     def _ask(self, rows: np.ndarray) -> Any:

@@ -58,8 +58,8 @@ def _mean_seconds(scale: TrainerScale) -> dict[str, float]:
 def process_rows(scale: TrainerScale) -> list[Row]:
     """Return what a user waits for, and the memory that a run takes."""
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as runs:
-        # Compiling takes half a minute, which a smoke run does without.
-        surroundings = {**os.environ} if scale == QUICK else {**os.environ, "NUMBA_CACHE_DIR": cache}
+        # A smoke run compiles nothing anew: that takes half a minute.
+        surroundings = os.environ | ({} if scale == QUICK else {"NUMBA_CACHE_DIR": cache})
 
         def seconds(*command: str) -> float:
             begun = time.perf_counter()

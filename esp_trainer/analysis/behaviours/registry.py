@@ -98,10 +98,10 @@ BEHAVIOURS: dict[str, Detector] = {
         min_predators=2,
         min_prey=2,
     ),
-    "idling": Detector(idling.idling, "share of predators' steps that are idle", "predators", of_interaction=False),
+    "idling": Detector(idling.idling, "fraction of predators' steps that are idle", "predators", of_interaction=False),
     "parity idle": Detector(
         idling.parity_idle,
-        "share of captures by a predator that idled an odd number of times",
+        "fraction of captures by a predator that idled an odd number of times",
         "predators",
         of_interaction=False,
     ),

@@ -104,7 +104,8 @@ class Charts {
     }
   }
 
-  // Return the cell of the current match, if it belongs to this matrix: twice, for a white square in a dark one, which are seen on any ground.
+  // Return the cell of the current match, if it belongs to this matrix, twice: for a dark square and a white one in it.
+  // One of the two is seen on any ground.
   #here() {
     const { predators, prey } = this.player ?? {}, inside = predators?.run === this.run && prey?.run === this.run;
     return { x: inside ? Array(2).fill(prey.generation) : [], y: inside ? Array(2).fill(predators.generation) : [] };

@@ -134,5 +134,5 @@ def test_chances_are_those_it_draws_with():
 def test_a_model_without_chances_cannot_be_measured_when_it_draws():
     model = Model()
     model.policy = SimpleNamespace()  # type: ignore[attr-defined]
-    with pytest.raises(ValueError, match="Model does not say the chances of its actions"):
+    with pytest.raises(ValueError, match="Model does not give the probabilities of its actions"):
         SB3Policy(model, SHAPE, drawn=True).chances_batch(np.zeros((1, 3, 4), np.float32))

@@ -167,7 +167,7 @@ def test_a_network_of_ones_own_evolves() -> None:
 
 
 def test_a_network_that_has_got_other_genes_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neurons of two or four inputs and four outputs in a file, and one gene more in the network of today."""
+    """Files hold neurons with a gene for each input and output, and the network has since got one gene more."""
     name = f"{HERE}:Linear"
     team(SideConfig(network=name, n_hidden=3), n_opponents=1).save(tmp_path / "team.safetensors")
     config = preset("smoke").with_fields({"prey.network": name})
