@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
@@ -215,6 +216,18 @@ def test_what_selection_sees_is_a_row_for_each_way_to_score() -> None:
     for row in rows:
         assert row.split("|")[1] in page, "the page has this row"
     assert len(rows) == 2 + 7
+
+
+@pytest.mark.parametrize("name", ["throughput", "peers", "games"])
+def test_what_a_benchmark_answers_is_in_rows_of_its_page(name: str) -> None:
+    """Or a page would silently be written without its answer."""
+    sys.path.insert(0, str(SCRIPTS))
+    page = (SCRIPTS.parent / f"docs/{name}.md").read_text()
+    rows = [what for what, *_ in table_of(page)]
+    named = re.findall(r"\{(?:figure|ratio) of (.+?)\}", importlib.import_module(f"bench_{name}").ANSWER)
+    assert len(named) >= 4
+    for beginning in named:
+        assert any(what.startswith(beginning) for what in rows), beginning
 
 
 def test_prose_says_units_in_words() -> None:

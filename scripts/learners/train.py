@@ -109,8 +109,7 @@ def evolve(name: str, generations: int, seed: int, out: Path, frozen: Path | Non
     evaluator = FusedEvaluator(config.env, threads=1)
     evaluator.compile()
     for roles in [ROLES] if frozen is None else [(role,) for role in ROLES]:
-        others = [role for role in ROLES if role not in roles]
-        fixed = {other: Team.load(frozen / f"{other}-10.safetensors") for other in others if frozen}
+        fixed = {each: Team.load(frozen / f"{each}-10.safetensors") for each in ROLES if frozen and each not in roles}
         start = time.process_time()
         history = History.evolve(config, evaluator, fixed=fixed)
         spent = time.process_time() - start
