@@ -66,6 +66,7 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
     with _usable(path):
         for role, side in sides.items():
             if isinstance(side, EvolvingSide):
+                # Before the algorithm, as its error names a network whose genes are others now.
                 fame = _hall_of_fame(side.hall_of_fame, role, config, arrays, generations)
                 _restore_algorithm(side.algorithm, role, arrays)
                 best = progress[role]["best"]
