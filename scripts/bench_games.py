@@ -20,8 +20,9 @@ from bench.page import measure_and_print
 ANSWER = """\
 Most of the time goes to the game's own Python: of the {figure of `ReferenceEvaluator`} that the reference evaluator
 takes for an episode of MPE's `simple_tag`, the game's steps take {figure of the environment alone}. So no evaluator
-that calls them can be much faster in one process, and two processes are {ratio of `GameEvaluator`, two processes}. A
-game that steps many episodes at once as arrays, by a method `many()`, is played {ratio of `GameEvaluator`, `many()`}."""
+that calls them can be much faster in one process, and two processes are {ratio of `GameEvaluator`, two processes}.
+A game that steps many episodes at once as arrays, by a method `many()`, is
+played {ratio of `GameEvaluator`, `many()`}."""
 ABOUT = """\
 Teams of the preset `game` play episodes of 25 steps. Ratios are to the reference evaluator, which plays a step at a
 time; they compare CPU time, and for two processes wall time. `many()` is that of
