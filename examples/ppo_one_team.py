@@ -7,7 +7,7 @@ Run: `pip install torch`, then `python examples/ppo_one_team.py --task pond`, or
   208,896 steps,   9 CPU-seconds: 0.81 of the prey caught
   405,504 steps,  17 CPU-seconds: 0.87 of the prey caught
 
-The best script, intercept, catches 0.41. Learning curves on all tasks are in docs/learning.md.
+The best script, intercept, catches 0.41; docs/learning.md has learning curves on all tasks.
 """
 
 import argparse
@@ -19,8 +19,8 @@ import torch
 from torch import nn
 from torch.distributions import Categorical
 
-from esp_trainer import Arena, TorchPolicy
-from predprey_env import TASKS, vector_env
+from esp_trainer import Arena, TorchPolicy, load_team, load_zoo
+from predprey_env import SCRIPTS, TASKS, vector_env
 from predprey_env.tasks import DEFAULT_OPPONENTS
 
 
@@ -28,7 +28,7 @@ from predprey_env.tasks import DEFAULT_OPPONENTS
 class Args:
     task: str = "pond"
     team: str = "predators"
-    opponent: str = ""  # of the other team; "" for the default one
+    opponent: str = ""  # script; "" for the default one, "pool" for all and the zoo's teams that are not held out
     seed: int = 0
     steps: int = 400_000  # of agents, in all
     n_worlds: int = 128
@@ -58,12 +58,19 @@ def mlp(n_in, n_out, n_hidden, last):
     return nn.Sequential(*layers)
 
 
-def train(args, report=lambda steps, policy: None, opponent=None):
+def opponents(args):
+    """Return whom the team meets: a script, or a list of which each episode draws one."""
+    if args.opponent != "pool":
+        return args.opponent or DEFAULT_OPPONENTS[args.team]
+    evolved = [team.name for team in load_zoo(args.task).teams if team.role != args.team and not team.held_out]
+    return [*SCRIPTS["prey" if args.team == "predators" else "predators"], *map(load_team, evolved)]
+
+
+def train(args, report=lambda steps, policy: None):
     """Return the trained policy, a network from observations to logits; call `report` before each update."""
     torch.set_num_threads(1)  # more threads only wait for each other: the networks are too small
     torch.manual_seed(args.seed)
-    opponent = opponent or args.opponent or DEFAULT_OPPONENTS[args.team]
-    envs = vector_env(args.n_worlds, args.team, opponent, "SameStep", task=args.task, **args.sight)
+    envs = vector_env(args.n_worlds, args.team, opponents(args), "SameStep", task=args.task, **args.sight)
     n_rows, n_seen = envs.observation_space.shape
     policy = mlp(n_seen, int(envs.single_action_space.n), args.n_hidden, 0.01)
     critic = mlp(n_seen + 1, 1, args.n_hidden, 1.0)  # sees the time too, as no reward follows the end of the time
@@ -96,8 +103,7 @@ def train(args, report=lambda steps, policy: None, opponent=None):
         batch = [torch.stack(column) for column in zip(*rollout, strict=True)]
         values, rewards, goes_on = batch[4:]
         advantages, advantage = torch.zeros_like(values), torch.zeros(n_rows)
-        with torch.no_grad():
-            following = critic(states)[:, 0]
+        following = critic(states)[:, 0].detach()
         for t in reversed(range(args.horizon)):
             error = rewards[t] + args.gamma * goes_on[t] * following - values[t]
             advantages[t] = advantage = error + args.gamma * args.trace * goes_on[t] * advantage
@@ -105,8 +111,7 @@ def train(args, report=lambda steps, policy: None, opponent=None):
 
         # Learn from the agents that are still free; a caught prey's actions do nothing.
         there = batch[1].flatten().nonzero()[:, 0]
-        columns = [*batch[:1], *batch[2:4], advantages, advantages + values]
-        columns = [column.flatten(0, 1)[there] for column in columns]
+        columns = [c.flatten(0, 1)[there] for c in (*batch[:1], *batch[2:4], advantages, advantages + values)]
         for _ in range(args.epochs):
             for rows in torch.randperm(len(there)).chunk(args.n_minibatches):
                 states_, actions, old, advantage, returns = (column[rows] for column in columns)
@@ -123,28 +128,23 @@ def train(args, report=lambda steps, policy: None, opponent=None):
     return policy
 
 
-def parse(kind):
-    """Return settings from the command line, with an option for each field."""
-    parser = argparse.ArgumentParser(formatter_class=argparse.ArgumentDefaultsHelpFormatter)
-    for field in fields(kind):
-        name = f"--{field.name.replace('_', '-')}"
-        parser.add_argument(name, type=type(field.default), default=field.default, help=" ")
-    return kind(**vars(parser.parse_args()))
-
-
 if __name__ == "__main__":
-    args, begun, n_reports = parse(Args), process_time(), 0
+    parser = argparse.ArgumentParser(formatter_class=argparse.ArgumentDefaultsHelpFormatter)
+    for field in fields(Args):
+        option = f"--{field.name.replace('_', '-')}"
+        parser.add_argument(option, type=type(field.default), default=field.default, help=" ")
+    args, begun, n_reports = Args(**vars(parser.parse_args())), process_time(), 0
     world = TASKS[args.task].world.replace(**args.sight)
     arena = Arena(world, n_episodes=400, seed=1)  # always the same starts, other than those of the training
+    met = DEFAULT_OPPONENTS[args.team] if args.opponent in ("", "pool") else args.opponent
 
     def report(steps, policy):
         global n_reports
         if steps < args.steps * n_reports / 2:
             return
         n_reports, seconds = n_reports + 1, process_time() - begun
-        team = TorchPolicy(policy, world.team(args.team), drawn=True)  # samples its actions, as in training
-        played = arena.meet(team, args.team, args.opponent or DEFAULT_OPPONENTS[args.team])
-        caught = played.captured.mean() / world.n_prey
+        team = TorchPolicy(policy, world.team(args.team), drawn=True)  # samples, as in training
+        caught = arena.meet(team, args.team, met).captured.mean() / world.n_prey
         print(f"{steps:9,} steps, {seconds:3.0f} CPU-seconds: {caught:.2f} of the prey caught")
 
     train(args, report)

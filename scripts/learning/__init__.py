@@ -1,0 +1,1 @@
+"""The parts of ``learning_curves.py``."""

@@ -1,0 +1,167 @@
+"""The figures and tables of ``docs/learning.md``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from study import fill, table
+
+from esp_trainer.analysis import plots
+from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
+from learning.runs import LONG, OPPONENT, POINTS, STANDING, STEPS
+from predprey_env.tasks import DEFAULT_OPPONENTS
+
+Curves = dict[str, list[list[list[float]]]]
+"""By what was run, for each seed the points of its curve: steps, CPU seconds, and fractions of prey caught."""
+AT_STEPS, AT_SECONDS, SAMPLED, GREEDY, HELD_OUT = range(5)
+
+
+def write(curves: Curves, place: Path) -> None:
+    """Write the page and its figures."""
+    _draw(curves, place / "learning" / "curves.png")
+    _draw_long(curves, place / "learning" / "long.png")
+    values = {
+        "tasks": _tasks(curves),
+        "options": _options(curves, "option, ", (SAMPLED, GREEDY)),
+        "arms": _options(curves, "tuned, ", (SAMPLED, HELD_OUT)),
+        "long": _long(curves),
+        "evolution": _evolution(curves),
+    }
+    (place / "learning.md").write_text(fill(Path(__file__).with_name("page.md"), values))
+
+
+def fraction(values: list[float]) -> str:
+    """Return a mean fraction over seeds with its interval, as far as that lies between 0 and 1."""
+    if len(values) < MIN_SEEDS:
+        return f"{np.mean(values):.3f}"
+    found = over_seeds(values)
+    return f"{found.mean:.3f} [{max(found.low, 0):.3f}, {min(found.high, 1):.3f}]"
+
+
+def first(points: list[list[float]], level: float, column: int) -> float:
+    """Return the steps or CPU seconds after which a run first catches a fraction; infinity if never."""
+    return next((point[column] for point in points if point[SAMPLED] >= level), np.inf)
+
+
+def _last(runs: list[list[list[float]]], column: int) -> list[float]:
+    return [points[-1][column] for points in runs]
+
+
+def _spent(runs: list[list[list[float]]]) -> list[str]:
+    """Return the steps and the CPU seconds of the runs, their means."""
+    steps, seconds = (float(np.mean(_last(runs, column))) for column in (AT_STEPS, AT_SECONDS))
+    return [f"{steps / 1e6:.1f} M", f"{seconds:.0f}"]
+
+
+def _tasks(curves: Curves) -> str:
+    rows = [
+        [name, len(runs), *_spent(runs), *(fraction(_last(runs, column)) for column in (SAMPLED, GREEDY))]
+        for name in (f"{task}, {team}" for task in STEPS for team in DEFAULT_OPPONENTS)
+        if (runs := curves.get(name))
+    ]
+    return table(["task and team that learns", "runs", "steps", "CPU seconds", "prey caught, sampled", "greedy"], rows)
+
+
+def _options(curves: Curves, kind: str, columns: tuple[int, int]) -> str:
+    heads = {SAMPLED: "prey caught, sampled", GREEDY: "greedy", HELD_OUT: "of held-out evolved prey"}
+    rows = [
+        [name.removeprefix(kind), *(_known(runs, column) for column in columns), _spent(runs)[1]]
+        for name, runs in curves.items()
+        if name.startswith(kind)
+    ]
+    return table(["changed", *(heads[column] for column in columns), "CPU seconds"], rows)
+
+
+def _known(runs: list[list[list[float]]], column: int) -> str:
+    return fraction(_last(runs, column)) if len(runs[0][-1]) > column else "-"
+
+
+def _long(curves: Curves) -> str | None:
+    rows = []
+    for task in LONG:
+        if runs := curves.get(f"long, {task}"):
+            rows.append([task, "PPO", len(runs), *_spent(runs), *_both(runs)])
+            rows += [
+                [task, f"`{team}`", "-", "-", "-", *_both(there)]
+                for team in STANDING[task]
+                if (there := curves.get(f"standing, {task}, {team}"))
+            ]
+    heads = "task", "predators", "runs", "steps", "CPU seconds", f"caught of `{OPPONENT}`", "of held-out evolved prey"
+    return table(heads, rows) if rows else None
+
+
+def _both(runs: list[list[list[float]]]) -> list[str]:
+    return [fraction(_last(runs, column)) for column in (SAMPLED, HELD_OUT)]
+
+
+def _evolution(curves: Curves) -> str:
+    def reached(runs: list[list[list[float]]], level: float) -> str:
+        columns = AT_SECONDS, AT_STEPS
+        seconds, steps = (float(np.median([first(points, level, column) for points in runs])) for column in columns)
+        return f"{seconds:.1f} s, {steps / 1e6:.1f} M" if np.isfinite(steps) else "-"
+
+    rows = []
+    for name in ["pond, predators", *(name for name in curves if name.startswith("evolved, "))]:
+        runs = curves[name]
+        levels = (reached(runs, level) for level in (0.4, 0.8))
+        steps, seconds = _spent(runs)
+        rows.append([name, len(runs), *levels, fraction(_last(runs, SAMPLED)), f"{seconds} s, {steps}"])
+    return table(["predators of pond", "runs", "0.4 caught after", "0.8 caught after", "in the end", "spent"], rows)
+
+
+def _on_grid(runs: list[list[list[float]]], column: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return steps, mean CPU seconds there, and a column of all runs there."""
+    grid = np.linspace(0, min(_last(runs, AT_STEPS)), POINTS + 1)
+    seconds, values = (
+        np.array(
+            [np.interp(grid, *np.array([[point[AT_STEPS], point[each]] for point in points]).T) for points in runs]
+        )
+        for each in (AT_SECONDS, column)
+    )
+    return grid, seconds.mean(axis=0), values
+
+
+def _draw(curves: Curves, path: Path) -> None:
+    """Draw the fraction caught by steps and by CPU seconds: a column for each task."""
+    figure, axes = plots.panels(2 * len(STEPS), width=3.3)
+    data: dict[str, np.ndarray] = {}
+    for number, (panel, task) in enumerate(zip(axes, [*STEPS, *STEPS], strict=True)):
+        by_time = number >= len(STEPS)
+        unit = "CPU seconds" if by_time else "million steps"
+        for team, colour in {"predators": plots.PREDATORS, "prey": plots.PREY}.items():
+            if f"{task}, {team}" not in curves:
+                continue
+            steps, seconds, caught = _on_grid(curves[f"{task}, {team}"], SAMPLED)
+            x = seconds if by_time else steps / 1e6
+            drawn = plots.curve(panel, x, caught, f"{team} learn", colour=colour, number=team == "prey")
+            data |= {f"{task}, {team}, {unit}": x} | {f"{task}, {key}": value for key, value in drawn.items()}
+        panel.set(title=task, xlabel="CPU seconds" if by_time else "million steps of agents", ylim=(0, 1))
+    axes[0].set_ylabel("fraction of prey caught")
+    axes[len(STEPS)].set_ylabel("fraction of prey caught")
+    plots.legend(axes[0])
+    plots.save(figure, path, data)
+
+
+def _draw_long(curves: Curves, path: Path) -> None:
+    """Draw the long runs: a panel for each task, with what stands beside them as levels."""
+    figure, axes = plots.panels(len(LONG), width=4.2, height=3.2)
+    kinds = {f"of {OPPONENT}": SAMPLED, "of held-out evolved prey": HELD_OUT}
+    data: dict[str, np.ndarray] = {}
+    for panel, task in zip(axes, LONG, strict=True):
+        for number, (name, column) in enumerate(kinds.items()):
+            if runs := curves.get(f"long, {task}"):
+                steps, seconds, caught = _on_grid(runs, column)
+                drawn = plots.curve(panel, steps / 1e6, caught, f"PPO, {name}", number=number)
+                data |= {f"{task}, million steps": steps / 1e6, f"{task}, CPU seconds": seconds}
+                data |= {f"{task}, {key}": value for key, value in drawn.items()}
+            for team, dashes in zip(STANDING[task], (":", "-."), strict=True):
+                if there := curves.get(f"standing, {task}, {team}"):
+                    kind = "script" if team == STANDING[task][0] else "evolved"
+                    (level,) = _last(there, column)
+                    label = f"best {kind}, {name}"
+                    panel.axhline(level, color=plots.COLOURS[number], linestyle=dashes, linewidth=1, label=label)
+        panel.set(title=task, xlabel="million steps of agents", ylim=(0, 1))
+    axes[0].set_ylabel("fraction of prey caught")
+    plots.legend_above(axes[0])
+    plots.save(figure, path, data)
