@@ -38,11 +38,9 @@ def main() -> None:
             in_processes(work, [(files[name], planned[name][1]) for name in todo], options.workers, work.__name__)
         curves |= {name: json.loads(file.read_text()) for name, file in files.items()}
         kept.parent.mkdir(parents=True, exist_ok=True)
-        write_text(kept, json.dumps({name: curves[name] for name in planned if name in curves}))
-    grouped: page.Curves = {}
-    for name in (name for name in planned if name in curves):
-        grouped.setdefault(name.rpartition("/")[0], []).append(curves[name])
-    page.write(grouped, options.out)
+        curves = {name: curves[name] for name in planned if name in curves}
+        write_text(kept, json.dumps(curves))
+    page.write(page.by_kind(curves), options.out)
 
 
 if __name__ == "__main__":

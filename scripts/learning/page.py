@@ -17,6 +17,14 @@ Curves = dict[str, list[list[list[float]]]]
 AT_STEPS, AT_SECONDS, SAMPLED, GREEDY, HELD_OUT = range(5)
 
 
+def by_kind(kept: dict[str, list[list[float]]]) -> Curves:
+    """Return runs, which are named ``what/seed``, by what was run."""
+    found: Curves = {}
+    for name, points in kept.items():
+        found.setdefault(name.rpartition("/")[0], []).append(points)
+    return found
+
+
 def write(curves: Curves, place: Path) -> None:
     """Write the page and its figures."""
     _draw(curves, place / "learning" / "curves.png")
@@ -25,7 +33,7 @@ def write(curves: Curves, place: Path) -> None:
         "tasks": _tasks(curves),
         "options": _options(curves, "option, ", (SAMPLED, GREEDY)),
         "arms": _options(curves, "tuned, ", (SAMPLED, HELD_OUT)),
-        "long": _long(curves),
+        "long": long(curves),
         "evolution": _evolution(curves),
     }
     (place / "learning.md").write_text(fill(Path(__file__).with_name("page.md"), values))
@@ -77,7 +85,8 @@ def _known(runs: list[list[list[float]]], column: int) -> str:
     return fraction(_last(runs, column)) if len(runs[0][-1]) > column else "-"
 
 
-def _long(curves: Curves) -> str | None:
+def long(curves: Curves) -> str | None:
+    """Return the table of the long runs and what stands beside them, or nothing without such runs."""
     rows = []
     for task in LONG:
         if runs := curves.get(f"long, {task}"):

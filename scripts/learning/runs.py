@@ -62,11 +62,7 @@ TUNED_ARMS: dict[str, dict[str, Any]] = {
     "prey in a fixed order": {"see": "teammates"},
     "offsets scaled": {"see": "teammates,nearest_first,scaled"},
     "gamma 0.99": {"gamma": 0.99},
-    "gamma 0.95": {"gamma": 0.95},
-    "entropy 0": {"entropy": 0.0},
-    "learning rate 0.0025": {"learning_rate": 0.0025},
     "128 hidden neurons": {"n_hidden": 128},
-    "4 epochs": {"epochs": 4},
 }
 """What is changed in it, each tried with some seeds for 5 million steps."""
 ARM_STEPS, ARM_SEEDS = 5_000_000, range(3)
