@@ -9,7 +9,7 @@ from study import fill, table
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
-from learning.runs import LONG, OPPONENT, POINTS, STANDING, STEPS
+from learning.runs import LONG, OPPONENT, POINTS, STANDING, STEPS, TUNED
 from predprey_env.tasks import DEFAULT_OPPONENTS
 
 Curves = dict[str, list[list[list[float]]]]
@@ -29,11 +29,24 @@ def write(curves: Curves, place: Path) -> None:
     """Write the page and its figures."""
     _draw(curves, place / "learning" / "curves.png")
     _draw_long(curves, place / "learning" / "long.png")
+
+    def level(name: str, column: int = HELD_OUT) -> str:
+        return fraction(_last(curves[name], column)) if name in curves else "-"
+
+    (script, evolved), (_, paper_evolved) = ([f"standing, {task}, {team}" for team in STANDING[task]] for task in LONG)
     values = {
+        "pond": level("pond, predators", SAMPLED),
+        "short": level("steppe, predators", SAMPLED),
+        "steppe": level("long, steppe"),
+        "script": level(script),
+        "evolved": level(evolved),
+        "paper": level("long, 3v2"),
+        "paper_evolved": level(paper_evolved),
+        "command": _command(),
         "tasks": _tasks(curves),
-        "options": _options(curves, "option, ", (SAMPLED, GREEDY)),
-        "arms": _options(curves, "tuned, ", (SAMPLED, HELD_OUT)),
         "long": long(curves),
+        "arms": _options(curves, "tuned, ", (SAMPLED, HELD_OUT)),
+        "options": _options(curves, "option, ", (SAMPLED, GREEDY)),
         "evolution": _evolution(curves),
     }
     (place / "learning.md").write_text(fill(Path(__file__).with_name("page.md"), values))
@@ -50,6 +63,11 @@ def fraction(values: list[float]) -> str:
 def first(points: list[list[float]], level: float, column: int) -> float:
     """Return the steps or CPU seconds after which a run first catches a fraction; infinity if never."""
     return next((point[column] for point in points if point[SAMPLED] >= level), np.inf)
+
+
+def _command() -> str:
+    options = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in TUNED.items())
+    return f"python examples/ppo_one_team.py --task steppe --steps {LONG['steppe']} {options}"
 
 
 def _last(runs: list[list[list[float]]], column: int) -> list[float]:
