@@ -34,9 +34,10 @@ N_PREY = EnvConfig().n_prey
 
 
 def rows(scale: PeerScale) -> list[Row]:
-    """Return rows beside JaxMARL, and beside what steps one world after the other or each in a process."""
-    many = _ours(MANY, scale, TARGET)
-    beside_jax = rows_of([many, *jaxmarl_contenders(MANY, many.what)], scale.repetitions)
+    """Return rows beside JaxMARL, and beside what steps one world after the other or each in a process.
+
+    The processes come first: they are forked, and once JAX is imported they may wait for ever.
+    """
     few, vectoriser = _ours(FEW, scale), _vectoriser()
     others = {
         "a Python loop over `parallel_env()`s": LoopedEnvs([parallel_env() for _ in range(FEW)]),
@@ -51,7 +52,8 @@ def rows(scale: PeerScale) -> list[Row]:
     found = rows_of(contenders, scale.repetitions)
     if vectoriser is not None:
         vectoriser.close()
-    return [*beside_jax, *found]
+    many = _ours(MANY, scale, TARGET)
+    return [*rows_of([many, *jaxmarl_contenders(MANY, many.what)], scale.repetitions), *found]
 
 
 def random_actions(env: ParallelVectorEnv, n: int = 64) -> list[dict[str, np.ndarray]]:

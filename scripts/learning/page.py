@@ -130,7 +130,8 @@ def _evolution(curves: Curves) -> str:
 
     rows = []
     for name in ["pond, predators", *(name for name in curves if name.startswith("evolved, "))]:
-        runs = curves[name]
+        if not (runs := curves.get(name)):
+            continue
         levels = (reached(runs, level) for level in (0.4, 0.8))
         steps, seconds = _spent(runs)
         rows.append([name, len(runs), *levels, fraction(_last(runs, SAMPLED)), f"{seconds} s, {steps}"])
