@@ -87,7 +87,7 @@ def levels(team: Challenger, world: EnvConfig, role: Role, task: str | None) -> 
 def learn(file: Path, settings: dict[str, Any]) -> None:
     """Train once, and write the curve: steps, CPU seconds, and the fractions caught with sampled and greedy actions.
 
-    Those against a pool of opponents have the fraction of the held-out teams' prey too, with sampled actions.
+    On hard tasks the fraction of the held-out teams' prey too, with sampled actions.
     """
     sys.path.insert(0, str(EXAMPLES))
     from ppo_one_team import Args, train
@@ -104,7 +104,7 @@ def learn(file: Path, settings: dict[str, Any]) -> None:
         spent = process_time() - began
         if steps >= args.steps * len(points) / POINTS:
             sampled, greedy = (TorchPolicy(policy, world.team(args.team), drawn=drawn) for drawn in (True, False))
-            script, *held_out = levels(sampled, world, args.team, args.task if args.opponent == "pool" else None)
+            script, *held_out = levels(sampled, world, args.team, args.task if args.task in LONG else None)
             points.append((steps, spent, script, *levels(greedy, world, args.team, None), *held_out))
         began = process_time() - spent
 
