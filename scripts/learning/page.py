@@ -37,6 +37,7 @@ def write(curves: Curves, place: Path) -> None:
     values = {
         "pond": level("pond, predators", SAMPLED),
         "short": level("steppe, predators", SAMPLED),
+        "steppe_script": level("long, steppe", SAMPLED),
         "steppe": level("long, steppe"),
         "script": level(script),
         "evolved": level(evolved),
@@ -66,8 +67,8 @@ def first(points: list[list[float]], level: float, column: int) -> float:
 
 
 def _command() -> str:
-    options = " ".join(f"--{name.replace('_', '-')} {value}" for name, value in TUNED.items())
-    return f"python examples/ppo_one_team.py --task steppe --steps {LONG['steppe']} {options}"
+    options = (f"    --{name.replace('_', '-')} {value}" for name, value in TUNED.items())
+    return " \\\n".join([f"python examples/ppo_one_team.py --task steppe --steps {LONG['steppe']}", *options])
 
 
 def _last(runs: list[list[list[float]]], column: int) -> list[float]:
