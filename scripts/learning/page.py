@@ -33,7 +33,7 @@ def write(curves: Curves, place: Path) -> None:
     def level(name: str, column: int = HELD_OUT) -> str:
         return fraction(_last(curves[name], column)) if name in curves else "-"
 
-    (script, evolved), (_, paper_evolved) = ([f"standing, {task}, {team}" for team in STANDING[task]] for task in LONG)
+    script, evolved = (f"standing, steppe, {team}" for team in STANDING["steppe"])
     values = {
         "pond": level("pond, predators", SAMPLED),
         "short": level("steppe, predators", SAMPLED),
@@ -41,8 +41,6 @@ def write(curves: Curves, place: Path) -> None:
         "steppe": level("long, steppe"),
         "script": level(script),
         "evolved": level(evolved),
-        "paper": level("long, 3v2"),
-        "paper_evolved": level(paper_evolved),
         "command": _command(),
         "tasks": _tasks(curves),
         "long": long(curves),
@@ -173,24 +171,22 @@ def _draw(curves: Curves, path: Path) -> None:
 
 
 def _draw_long(curves: Curves, path: Path) -> None:
-    """Draw the long runs: a panel for each task, with what stands beside them as levels."""
-    figure, axes = plots.panels(len(LONG), width=4.2, height=3.2)
-    kinds = {f"of {OPPONENT}": SAMPLED, "of held-out evolved prey": HELD_OUT}
+    """Draw the long runs: a panel for each kind of prey, with what stands beside them as levels."""
+    figure, axes = plots.panels(2, width=4.2, height=3.0)
     data: dict[str, np.ndarray] = {}
-    for panel, task in zip(axes, LONG, strict=True):
-        for number, (name, column) in enumerate(kinds.items()):
-            if runs := curves.get(f"long, {task}"):
-                steps, seconds, caught = _on_grid(runs, column)
-                drawn = plots.curve(panel, steps / 1e6, caught, f"PPO, {name}", number=number)
-                data |= {f"{task}, million steps": steps / 1e6, f"{task}, CPU seconds": seconds}
-                data |= {f"{task}, {key}": value for key, value in drawn.items()}
-            for team, dashes in zip(STANDING[task], (":", "-."), strict=True):
-                if there := curves.get(f"standing, {task}, {team}"):
-                    kind = "script" if team == STANDING[task][0] else "evolved"
-                    (level,) = _last(there, column)
-                    label = f"best {kind}, {name}"
-                    panel.axhline(level, color=plots.COLOURS[number], linestyle=dashes, linewidth=1, label=label)
-        panel.set(title=task, xlabel="million steps of agents", ylim=(0, 1))
+    for panel, (prey, column) in zip(axes, {OPPONENT: SAMPLED, "held-out evolved prey": HELD_OUT}.items(), strict=True):
+        if runs := curves.get("long, steppe"):
+            steps, seconds, caught = _on_grid(runs, column)
+            drawn = plots.curve(panel, steps / 1e6, caught, "PPO")
+            data |= {"million steps": steps / 1e6, "CPU seconds": seconds}
+            data |= {f"{prey}, {key}": value for key, value in drawn.items()}
+        for number, (kind, team) in enumerate(
+            zip(("script", "evolved team"), STANDING["steppe"], strict=True), start=1
+        ):
+            if there := curves.get(f"standing, steppe, {team}"):
+                style = {"color": plots.COLOURS[number], "linestyle": plots.dash_of(number)}
+                panel.axhline(_last(there, column)[0], label=f"best {kind}", **style)
+        panel.set(title=prey, xlabel="million steps of agents", ylim=(0, 1))
     axes[0].set_ylabel("fraction of prey caught")
     plots.legend_above(axes[0])
     plots.save(figure, path, data)

@@ -22,8 +22,8 @@ from predprey_env.tasks import DEFAULT_OPPONENTS
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEPS = {"pond": 500_000, "meadow": 1_000_000, "steppe": 2_000_000}
 """Steps of agents in a run, by task."""
-LONG = {"steppe": 100_000_000, "3v2": 100_000_000}
-"""The same of the tuned setting, on the hard tasks."""
+LONG = {"steppe": 100_000_000}
+"""The same of the tuned setting, on hard tasks."""
 SEEDS, EVOLVED_SEEDS = range(5), range(3)
 OPPONENT = DEFAULT_OPPONENTS["predators"]
 POINTS, EPISODES, GENERATIONS = 10, 400, 100
@@ -68,10 +68,7 @@ TUNED_ARMS: dict[str, dict[str, Any]] = {
 ARM_STEPS, ARM_SEEDS = 5_000_000, range(3)
 
 
-STANDING = {
-    "steppe": ("intercept", "race-steppe/predators/seed-500-late"),
-    "3v2": ("intercept", "drawn-3v2/predators/seed-500-late"),
-}
+STANDING = {"steppe": ("intercept", "race-steppe/predators/seed-500-late")}
 """Predators beside the long runs: by task, the best script and the best evolved team of the leaderboard."""
 
 
