@@ -24,8 +24,8 @@ from bench.contenders import FULL, QUICK
 from bench.page import measure_and_print
 
 SECTIONS = {
-    "both": peers_both.rows,  # first: it forks, which nobody may do once JAX is imported
     "batched": peers_batched.rows,
+    "both": peers_both.rows,
     "parallel": single.rows,
     "vectorised": peers_vectorised.rows,
 }

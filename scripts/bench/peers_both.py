@@ -34,10 +34,9 @@ N_PREY = EnvConfig().n_prey
 
 
 def rows(scale: PeerScale) -> list[Row]:
-    """Return rows beside JaxMARL, and beside what steps one world after the other or each in a process.
-
-    The processes come first: they are forked, and once JAX is imported they may wait for ever.
-    """
+    """Return rows beside JaxMARL, and beside what steps one world after the other or each in a process."""
+    many = _ours(MANY, scale, TARGET)
+    beside_jax = rows_of([many, *jaxmarl_contenders(MANY, many.what)], scale.repetitions)
     few, vectoriser = _ours(FEW, scale), _vectoriser()
     others = {
         "a Python loop over `parallel_env()`s": LoopedEnvs([parallel_env() for _ in range(FEW)]),
@@ -52,8 +51,7 @@ def rows(scale: PeerScale) -> list[Row]:
     found = rows_of(contenders, scale.repetitions)
     if vectoriser is not None:
         vectoriser.close()
-    many = _ours(MANY, scale, TARGET)
-    return [*rows_of([many, *jaxmarl_contenders(MANY, many.what)], scale.repetitions), *found]
+    return [*beside_jax, *found]
 
 
 def random_actions(env: ParallelVectorEnv, n: int = 64) -> list[dict[str, np.ndarray]]:
@@ -79,6 +77,9 @@ def _ours(n_worlds: int, scale: PeerScale, target: int | None = None) -> Contend
 
 
 def _vectoriser() -> Any:
-    """Return AgileRL's vectoriser, or None where it is not installed or where the time of its processes is unknown."""
+    """Return AgileRL's vectoriser, or None where it is not installed or where the time of its processes is unknown.
+
+    Its processes are not forked, as they would wait for ever once JAX has started threads.
+    """
     vector = find("agilerl.vector") if sys.platform == "linux" else None
-    return vector and vector.AsyncPettingZooVecEnv([parallel_env] * FEW)
+    return vector and vector.AsyncPettingZooVecEnv([parallel_env] * FEW, context="spawn")
