@@ -1,6 +1,6 @@
 """How fast PPO learns each task, what its options do, and what evolution spends for the same; writes docs/learning.md.
 
-    nice python scripts/learning_curves.py            # some two CPU-hours; runs that are kept are not made again
+    nice python scripts/learning_curves.py            # some 70 CPU-minutes; runs that are kept are not made again
     python scripts/learning_curves.py --only long     # only the runs whose name begins so, and the page
     python scripts/learning_curves.py --report        # only the page and the figures, from docs/learning/curves.json
     python scripts/learning_curves.py --quick         # small runs that mean nothing, into runs/learning-quick

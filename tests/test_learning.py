@@ -7,13 +7,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from learning import page  # noqa: E402
-from learning.runs import LONG, PLAN, STANDING, small  # noqa: E402
+from learning.runs import PLAN, small  # noqa: E402
 
 STEPPE = [
     [[0, 0.0, 0.0, 0.0, 0.1], [1_000_000, 10.0, 0.4, 0.3, 0.5], [2_000_000, 22.0, 0.8, 0.5, 0.7]],
@@ -54,8 +53,3 @@ def test_the_quick_form_has_some_run_of_every_kind() -> None:
         return {str(name).split(",")[0] for name in names}  # type: ignore[attr-defined]
 
     assert kinds(small()) == kinds(PLAN) - {"meadow", "steppe"}
-
-
-@pytest.mark.parametrize("task", LONG)
-def test_what_stands_beside_the_runs_of_a_long_task_is_there(task: str) -> None:
-    assert {f"standing, {task}, {team}/0" for team in STANDING[task]} < set(PLAN)

@@ -9,6 +9,7 @@ from study import fill, table
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
+from esp_trainer.files import write_text
 from learning.runs import LONG, OPPONENT, POINTS, STANDING, STEPS, TUNED
 from predprey_env.tasks import DEFAULT_OPPONENTS
 
@@ -48,7 +49,7 @@ def write(curves: Curves, place: Path) -> None:
         "options": _options(curves, "option, ", (SAMPLED, GREEDY)),
         "evolution": _evolution(curves),
     }
-    (place / "learning.md").write_text(fill(Path(__file__).with_name("page.md"), values))
+    write_text(place / "learning.md", fill(Path(__file__).with_name("page.md"), values))
 
 
 def fraction(values: list[float]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis.inference import Comparison, compare, holm, summary
+from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.figures import draw
@@ -37,7 +38,7 @@ def write(kept: Path, out: Path) -> None:
         draw(task, {name: found[name] for name in FIRST if name in found} or found, kept.parent)
         parts += [_of_task(task, found)]
     parts.append(METHOD)
-    (out / "race.md").write_text("\n\n".join(parts) + "\n")
+    write_text(out / "race.md", "\n\n".join(parts) + "\n")
     print(f"{out / 'race.md'}: {', '.join(f'{task} {len(found)} conditions' for task, found in tasks.items())}")
 
 

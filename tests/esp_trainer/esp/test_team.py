@@ -135,7 +135,9 @@ def test_read_only_genomes_play():
 
 @pytest.mark.parametrize("shape", [(1, 1, 6), (1, 2, 1, 6), (1, 1, 2, 6), (1, 1, 1, 7)])
 def test_genomes_of_another_shape_are_refused(shape: tuple[int, ...]):
-    with pytest.raises(ValueError, match=r"genomes of feedforward networks must have shape \(agents, \*\(1, 1, 6\)\), got"):
+    with pytest.raises(
+        ValueError, match=r"genomes of feedforward networks must have shape \(agents, \*\(1, 1, 6\)\), got"
+    ):
         team(np.zeros(shape))
 
 
