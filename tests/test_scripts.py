@@ -191,9 +191,9 @@ def test_mutation_testing_refuses_a_module_that_it_does_not_know() -> None:
 @pytest.mark.slow
 def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shipped = set(zoo.known_teams())
-    done = script("make_zoo.py", "--quick", "--out", str(tmp_path))
+    done = script("make_zoo.py", "--quick", "--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "zoo"))
     assert done.returncode == 0, done.stderr
-    monkeypatch.setattr(zoo, "PLACE", tmp_path)
+    monkeypatch.setattr(zoo, "PLACE", tmp_path / "zoo")
     caches = (zoo.load_zoo, zoo._index)
     try:
         for cache in caches:
