@@ -172,22 +172,6 @@ def test_every_scripted_team_meets_every_other() -> None:
         assert all(len(re.findall(r"[01]\.\d{3} \[[01]\.\d{3}, [01]\.\d{3}\]", line)) == 4 for line in cells)
 
 
-def test_mutants_are_made_and_killed() -> None:
-    pytest.importorskip("cosmic_ray")
-    done = script("mutation.py", "--quick")
-    assert done.returncode == 0, done.stderr
-    # Two of the ten compare with `<= 0` or `< 1` and make 0 a whole turn, which the next line takes back.
-    assert re.fullmatch(r"predprey_env/rules/torus.py, plain: 10 of 10, 8 killed, \d+ s\n", done.stderr)
-
-
-def test_mutation_testing_refuses_a_module_that_it_does_not_know() -> None:
-    pytest.importorskip("cosmic_ray")
-    done = script("mutation.py", "nothing")
-    assert done.returncode == 2
-    assert "modules must be among torus, dynamics," in done.stderr
-    assert "got nothing" in done.stderr
-
-
 @pytest.mark.slow
 def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shipped = set(zoo.known_teams())

@@ -18,8 +18,8 @@ ABOUT = """\
 The tests notice {killed:,} of {counted:,} small faults ({score:.1%}) that were put one at a time into the rules, the
 operators and the fitness. Faults that change nothing are not counted.
 
-Made by `python scripts/mutation.py`; the docstring there says how. Cosmic Ray {version} changes one thing of a module
-at a time (an operator, a number, a condition or a loop), and the module's own tests are run. Such a *mutant* is
+Made by `python tests/mutation/mutation.py`; the docstring there says how. Cosmic Ray {version} changes one thing of a
+module at a time (an operator, a number, a condition or a loop), and the module's own tests are run. Such a *mutant* is
 killed when a test fails, or when the tests take over five times as long as otherwise, and 20 s. Not counted are
 mutants of annotations, of decorators, of what errors say, of equality to identity, and those that are not Python. The
 score is the fraction killed of the mutants that are not *equivalent*: an equivalent mutant behaves as the original

@@ -2,15 +2,15 @@
 notice.
 
     pip install cosmic-ray
-    python scripts/mutation.py                  # all modules, an hour on two busy cores; then the page
-    python scripts/mutation.py torus network    # some
-    python scripts/mutation.py --page           # the page alone, from what was run
+    python tests/mutation/mutation.py                  # all modules, an hour on two busy cores; then the page
+    python tests/mutation/mutation.py torus network    # some
+    python tests/mutation/mutation.py --page           # the page alone, from what was run
 
 Cosmic Ray makes the mutants, as mutmut passes over decorated functions, and all rules are decorated. Tests meet them in
 copies of the project in .mutation, in two stages: in a fork with NUMBA_DISABLE_JIT, about a second a mutant, and what
-lives there and is not in scripts/mutation.toml again with compiled rules, half a minute a mutant. Tests that take over
-a second in plain Python wait for the second stage. Whoever needs longer than five times what the tests need otherwise,
-and 20 s, counts as killed. It forks, so it needs Linux or macOS.
+lives there and is not in mutation.toml again with compiled rules, half a minute a mutant. Tests that take over a second
+in plain Python wait for the second stage. Whoever needs longer than five times what the tests need otherwise, and 20 s,
+counts as killed. It forks, so it needs Linux or macOS.
 
 Stop it as you like: what was run is in .mutation/*.sqlite, and only mutants that live are run again, as a new test may
 kill them. An edited module starts anew. Those that live were read: mutation.toml says why each may.

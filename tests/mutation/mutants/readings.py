@@ -9,7 +9,7 @@ from typing import NamedTuple
 from mutants.modules import ROOT
 from mutants.session import Mutant
 
-READ = ROOT / "scripts" / "mutation.toml"
+READ = ROOT / "tests" / "mutation" / "mutation.toml"
 
 
 class Reading(NamedTuple):
