@@ -48,6 +48,11 @@ and for JaxMARL beside `vector_env` the one of 1,024 worlds against random prey.
 Only `team_view()` and `parallel_env()` in SuperSuit, in AgileRL and in loops do the same work, and were checked to.
 Other games do other work: MPE and JaxMARL integrate forces among two obstacles; `pursuit` has a small grid with a
 wall. Agents see 16 to 20 numbers in tag, 147 in `pursuit`, 4 or 6 here.
+
+PufferLib's `Target`, in C, was measured once, on a faster machine, beside these (pufferlib 3.0.0;
+`scripts/bench/peers_compiled.py` of commit af98edc). In 1,024 worlds of 3 agents and 2 goals it makes 6,841,335 steps a
+CPU-second (ours was 1.15 x), of 5 agents and 2 goals 3,781,172 (2.08 x), and in its default size, 8 agents and 4 goals,
+1,936,843. Its goals stand still and nobody ends; its agents see 14 to 28 numbers.
 """
 
 if __name__ == "__main__":
