@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numba.extending import overload
 from numpy.typing import ArrayLike
 
 from predprey_env.jit.generic import Generic
+from predprey_env.jit.linking import inlined
 from predprey_env.jit.trial import Rows, try_rule
 from predprey_env.jit.values import FloatRows, IntegerRows
 from predprey_env.plugins import find_class
@@ -116,7 +116,7 @@ Args:
 """
 
 
-@overload(observe, jit_options={"nogil": True, "_nrt": False, "forceinline": True})
+@inlined(observe)
 def _observe(sight, world, moved, agent, rules, out, row):  # type: ignore[no-untyped-def]
     implementation = observe.registry.get(getattr(sight, "instance_class", None))
     if implementation is None:

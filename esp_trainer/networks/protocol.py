@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
-from numba.extending import overload
 
 from predprey_env.jit.generic import Generic
+from predprey_env.jit.linking import inlined
 from predprey_env.jit.values import FloatRows, IntegerRows, Values
 
 
@@ -79,7 +79,7 @@ Args:
 """
 
 
-@overload(respond, jit_options={"nogil": True, "_nrt": False, "forceinline": True})
+@inlined(respond)
 def _respond(network, weights, at, inputs, n_inputs, first, memory, context):  # type: ignore[no-untyped-def]
     implementation = respond.registry.get(getattr(network, "instance_class", None))
     if implementation is None:

@@ -27,7 +27,8 @@ from numba.core import caching
 from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 
-from predprey_env.jit import floats, lanes
+from predprey_env.jit import floats, lanes, linking
+from predprey_env.jit.linking import INLINED, UNWRAPPED, RuleCompiler
 
 Function: TypeAlias = Callable[..., Any]
 Compiled = TypeVar("Compiled", bound=Function)
@@ -41,7 +42,7 @@ def source_files(function: Function, classes: Iterable[type] = ()) -> set[str]:
     class alone, not by their fields. If a generic function is called, its rules count for ``classes`` and for the
     named tuples that these functions make.
     """
-    files, pending = {__file__, floats.__file__, lanes.__file__}, [function]
+    files, pending = {__file__, floats.__file__, lanes.__file__, linking.__file__}, [function]
     files |= {_file_of(known) for known in classes}
     seen: set[Function] = set()
     kinds, generics = set(classes), list[Any]()
@@ -220,19 +221,12 @@ def _source(file: str) -> bytes:
     return Path(file).read_bytes() if Path(file).is_file() else os.urandom(16)
 
 
-_RULE = {"nopython": True, "nogil": True, "_nrt": False, "forceinline": True}
-
-
 class _Rule(CPUDispatcher):
-    """A compiled function for compiled callers. A call from Python is passed to a second one.
-
-    Numba makes two wrappers of each function, through which Python and C call it, and they take a third of the time of
-    compilation. Those that only compiled code calls need neither.
-    """
+    """A compiled function for compiled callers. A call from Python is passed to a second one."""
 
     def __init__(self, function: Function) -> None:
-        super().__init__(function, targetoptions={**_RULE, "no_cpython_wrapper": True, "no_cfunc_wrapper": True})
-        self._for_python = CPUDispatcher(function, targetoptions=dict(_RULE))
+        super().__init__(function, targetoptions=dict(UNWRAPPED), pipeline_class=RuleCompiler)
+        self._for_python = CPUDispatcher(function, targetoptions=dict(INLINED))
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         return self._for_python(*arguments, **named)

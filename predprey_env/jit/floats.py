@@ -7,9 +7,10 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.base import BaseContext
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 from predprey_env.jit.lanes import FLOATS, INTEGERS, LANES, Lanes, is_lanes, row_pointer, spread
+from predprey_env.jit.linking import inlined
 from predprey_env.jit.values import FloatRows, Value, Values
 
 _I32 = ir.IntType(32)
@@ -67,7 +68,7 @@ def _cast_to_float(
     return context.cast(builder, value, given, types.float32)
 
 
-@overload(fma)
+@inlined(fma)
 def _fma_overload(a, b, c):
     return lambda a, b, c: _fma(a, b, c)
 
@@ -90,7 +91,7 @@ def _power_of_two(_context, shifted):
     return shifted(shifted), codegen
 
 
-@overload(power_of_two)
+@inlined(power_of_two)
 def _power_of_two_overload(shifted):
     return lambda shifted: _power_of_two(shifted)
 
@@ -108,7 +109,7 @@ def _lanes_as_float(_context, a):
     return FLOATS(a), codegen
 
 
-@overload(as_float)
+@inlined(as_float)
 def _as_float(a):
     return (lambda a: _lanes_as_float(a)) if is_lanes(a) else (lambda a: np.float32(a))
 
@@ -126,7 +127,7 @@ def _lanes_as_integer(_context, a):
     return INTEGERS(a), codegen
 
 
-@overload(as_integer)
+@inlined(as_integer)
 def _as_integer(a):
     return (lambda a: _lanes_as_integer(a)) if is_lanes(a) else (lambda a: np.int32(a))
 
@@ -158,12 +159,12 @@ def _float_of(_context, a):
     return (FLOATS if isinstance(a, Lanes) else types.float32)(a), codegen
 
 
-@overload(bits_of)
+@inlined(bits_of)
 def _bits_of_overload(a):
     return lambda a: _bits_of(a)
 
 
-@overload(float_of)
+@inlined(float_of)
 def _float_of_overload(a):
     return lambda a: _float_of(a)
 
@@ -184,7 +185,7 @@ def _zeros(_context, weights, blank):
     return result(weights, blank), codegen
 
 
-@overload(zeros)
+@inlined(zeros)
 def _zeros_overload(weights, blank):
     return lambda weights, blank: _zeros(weights, blank)
 
@@ -218,6 +219,6 @@ def _add_products(_context, sums, weights, row, factor):
     return sums(sums, weights, types.intp, factor), codegen
 
 
-@overload(add_products)
+@inlined(add_products)
 def _add_products_overload(sums, weights, row, factor):
     return lambda sums, weights, row, factor: _add_products(sums, weights, row, factor)

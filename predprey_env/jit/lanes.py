@@ -28,8 +28,9 @@ from llvmlite import ir
 from numba import types
 from numba.core.base import BaseContext
 from numba.core.datamodel import DataModelManager, models
-from numba.extending import intrinsic, overload, register_model
+from numba.extending import intrinsic, register_model
 
+from predprey_env.jit.linking import inlined
 from predprey_env.jit.values import FloatRows, IntegerRows, Mask, Value
 
 Emit: TypeAlias = Callable[..., ir.Value]
@@ -105,7 +106,7 @@ def _define_operator(python_operator: Callable[..., Value], emit: Emit, *, gives
 
         return (_MASK if gives_mask else lanes)(a, b), codegen
 
-    @overload(python_operator)
+    @inlined(python_operator)
     def _on_lanes(a, b):
         return (lambda a, b: lanes_operator(a, b)) if is_lanes(a, b) else None
 
@@ -159,7 +160,7 @@ def _select(_context, mask, a, b):
     return lanes(mask, a, b), codegen
 
 
-@overload(where)
+@inlined(where)
 def _where(mask, a, b):
     if is_lanes(mask):
         return lambda mask, a, b: _select(mask, a, b)
@@ -180,7 +181,7 @@ def _any_lane(_context, mask):
     return types.boolean(mask), codegen
 
 
-@overload(any_of)
+@inlined(any_of)
 def _any_of(mask):
     return (lambda mask: _any_lane(mask)) if is_lanes(mask) else (lambda mask: mask)
 
@@ -226,7 +227,7 @@ def _store_lanes(_context, array, row, value):
     return types.void(array, types.intp, value), codegen
 
 
-@overload(load)
+@inlined(load)
 def _load(array, row):
     if array.layout != "C":
         return None
@@ -235,7 +236,7 @@ def _load(array, row):
     return lambda array, row: array[row]
 
 
-@overload(store)
+@inlined(store)
 def _store(array, row, value):
     if array.layout != "C":
         return None

@@ -7,10 +7,10 @@ from operator import index
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-from numba.extending import overload
 
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.generic import Generic
+from predprey_env.jit.linking import inlined
 from predprey_env.jit.values import FloatRows, IntegerRows, Value
 from predprey_env.policies.chance import scramble
 from predprey_env.sight import AnySight, Sight
@@ -165,10 +165,8 @@ sight_of = _SightOf("sight_of", default=_opponents_only)
 memory_rows = _MemoryRows("memory_rows")
 """Number of int32 rows of memory that a player needs for each agent; by default four."""
 
-_INLINED = {"nogil": True, "_nrt": False, "forceinline": True}
 
-
-@overload(choose, jit_options=_INLINED)
+@inlined(choose)
 def _choose(player, agent, seen, memory, at):  # type: ignore[no-untyped-def]
     implementation = choose.registry.get(getattr(player, "instance_class", None))
     if implementation is None:
@@ -176,13 +174,13 @@ def _choose(player, agent, seen, memory, at):  # type: ignore[no-untyped-def]
     return lambda player, agent, seen, memory, at: implementation(player, agent, seen, memory, at)
 
 
-@overload(sees_team, jit_options=_INLINED)
+@inlined(sees_team)
 def _sees_team(player):  # type: ignore[no-untyped-def]
     implementation = sees_team.registry.get(getattr(player, "instance_class", None), sees_team.default)
     return lambda player: implementation(player)
 
 
-@overload(sight_of, jit_options=_INLINED)
+@inlined(sight_of)
 def _sight_of(player):  # type: ignore[no-untyped-def]
     implementation = sight_of.registry.get(getattr(player, "instance_class", None), sight_of.default)
     return lambda player: implementation(player)

@@ -31,7 +31,7 @@ from predprey_env.jit.compilation import _DigestCache, named_tuples, source_file
 from predprey_env.policies.protocol import choose
 from predprey_env.policies.scripted import Script
 
-LANGUAGE = {"lanes.py", "floats.py", "compilation.py"}  # what rules are written and compiled with
+LANGUAGE = {"lanes.py", "floats.py", "linking.py", "compilation.py"}  # what rules are written and compiled with
 SOURCES = {
     *{"turn.py", "dynamics.py", "observation.py", "fitness.py", "torus.py"},  # the rules of a step
     *{"config.py", "sight.py"},  # the named tuples that they read
