@@ -8,8 +8,8 @@ rules with a loop are optimised before, as kernels are a tenth slower without.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
 
 from numba._dynfunc import make_function
 from numba.core.analysis import compute_cfg_from_blocks
@@ -19,12 +19,16 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.extending import overload
 
+# Numba and llvmlite declare no types.
+_Module: TypeAlias = Any
+_Library: TypeAlias = Any
+
 
 class _Instructions(JITCodeLibrary):
     """A library whose functions are inlined elsewhere; they need no machine code."""
 
     has_loop = False
-    _whole: Any = None
+    _whole: _Module = None
 
     def finalize(self) -> None:
         """Optimise loops with all that they call, and take no more functions."""
@@ -35,23 +39,23 @@ class _Instructions(JITCodeLibrary):
             self._optimize_final_module()
         self._finalized = True
 
-    def _get_module_for_linking(self) -> Any:
+    def _get_module_for_linking(self) -> _Module:
         """Return the instructions with those of all that is called, as a module that may be linked in many times."""
         if self._whole is None:
             self._whole = self._own().clone()
             self._link_called(self._whole)
         return self._whole
 
-    def _link_called(self, module: Any) -> None:
+    def _link_called(self, module: _Module) -> None:
         for library in self._called({id(self)}):
             called = library._own() if isinstance(library, _Instructions) else library._get_module_for_linking()
             module.link_in(called, preserve=True)
 
-    def _own(self) -> Any:
+    def _own(self) -> _Module:
         """Return the instructions of this library alone, as a module that may be linked in many times."""
         return super()._get_module_for_linking()
 
-    def _called(self, seen: set[int]) -> Iterator[Any]:
+    def _called(self, seen: set[int]) -> Iterator[_Library]:
         """Yield each library that is called from here, directly or not, and was not seen."""
         for library in self._linking_libraries:
             if id(library) not in seen:
@@ -86,19 +90,19 @@ class RuleCompiler(Compiler):
 
     def define_pipelines(self) -> list[Any]:
         """Return Numba's passes, but for lowering."""
-        pipelines: list[Any] = super().define_pipelines()
+        pipelines = super().define_pipelines()
         for passes in pipelines:
             passes.passes = [(_LowerOnly if each is NativeLowering else each, name) for each, name in passes.passes]
             passes.finalize()
         return pipelines
 
 
-INLINED: dict[str, Any] = {"nopython": True, "nogil": True, "_nrt": False, "forceinline": True}
+INLINED: dict[str, object] = {"nopython": True, "nogil": True, "_nrt": False, "forceinline": True}
 """Options of rules."""
-UNWRAPPED: dict[str, Any] = INLINED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+UNWRAPPED: dict[str, object] = INLINED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """The same for those that only compiled functions call: wrappers for Python and for C take time to compile."""
 
 
-def inlined(function: Any) -> Any:
+def inlined(function: Callable[..., object]) -> Any:
     """Like :func:`numba.extending.overload`, for implementations that are inlined as rules are."""
     return overload(function, jit_options=UNWRAPPED | {"pipeline_class": RuleCompiler})
