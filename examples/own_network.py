@@ -1,6 +1,6 @@
 """Evolve networks of your own: leaky neurons, which keep a part of what they were in the step before.
 
-Run: `python examples/own_network.py`. It takes 3 CPU-seconds, and 27 more to compile. It prints
+Run: `python examples/own_network.py`. It takes 3 CPU-seconds, and 18 more to compile. It prints
 
     leaky: the champions catch 0.17 of the prey at first, 0.96 in the end
     feedforward: the champions catch 0.24 of the prey at first, 0.92 in the end

@@ -1,6 +1,6 @@
 """Evolve predators that see in their own way: a prey that is farther than some cells is out of sight.
 
-Run: `python examples/own_sight.py`. It takes 3 CPU-seconds, and 33 more to compile. It prints
+Run: `python examples/own_sight.py`. It takes 3 CPU-seconds, and 20 more to compile. It prints
 
     predator_0 observes [-1.  9.  1.]
     near: the champions catch 0.44 of the prey at first, 0.77 in the end
