@@ -7,6 +7,7 @@ to see that it works (its figures mean nothing).
 
     python scripts/prove_race.py                          # into docs/
     python scripts/prove_race.py --only race paper        # these conditions first
+    python scripts/prove_race.py --late                   # the runs that are there meet each other's last champions
     python scripts/prove_race.py --report                 # only the page again, from the measurements that are kept
     python scripts/prove_race.py --quick                  # into runs/race-quick
 """
@@ -19,7 +20,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it too
 
-from race import report
+from race import late, report
 from race.measure import gather, kept_rows, measure_all
 from study import SMALL, SMALL_WORLD, StudyParser, evolve
 
@@ -35,14 +36,17 @@ def main() -> None:
     parser.add_argument("--tasks", nargs="+", choices=TASKS, default=TASKS)
     parser.add_argument("--only", nargs="+", metavar="CONDITION", help="only these conditions")
     parser.add_argument("--seeds", type=int, metavar="N", help="only the first seeds of each condition")
+    parser.add_argument("--late", action="store_true", help="only let the runs meet each other's last champions")
     options = parser.read()
     kept = options.out / "race" / "data"
     for task in options.tasks:
         panel, plan = (_plan(f"{kind}-{task}", options.quick) for kind in ("panel", "conditions"))
-        for condition in () if options.report else dict.fromkeys(run.cell for run in plan):
+        for condition in () if options.report or options.late else dict.fromkeys(run.cell for run in plan):
             if not options.only or condition in options.only:
                 runs = [run for run in plan if run.cell == condition]
                 _do(options.runs / task, panel, runs, options.seeds or len(runs), kept / task, options.workers)
+        if options.late or options.quick:
+            late.measure(options.runs / task, plan, late.file(kept, task))
     report.write(kept, options.out)
 
 

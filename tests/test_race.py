@@ -22,7 +22,7 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 TASKS = ["3v1", "3v2"]
 sys.path.insert(0, str(SCRIPTS))
 
-from race import endpoints  # noqa: E402
+from race import endpoints, late  # noqa: E402
 from race.alive import Alive  # noqa: E402
 from race.measure import gather, kept_rows, measured_file  # noqa: E402
 from race.report import write  # noqa: E402
@@ -53,6 +53,18 @@ def test_an_interval_counts_runs_and_panel_as_samples() -> None:
     assert found.mean - found.low == pytest.approx(half, rel=0.1)
     turned = endpoints.over_runs_and_panel(np.tile(members[:, None], (1, 6)), per_run=3)
     assert turned.high - turned.mean == pytest.approx(half, rel=0.1)
+
+
+def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
+    """Two runs of six generations gain 0.6 and 0.2 against each other, and 0.2 and 0.4 in their second halves."""
+    own = np.full(6, np.nan)
+    first, second = [0.1, 0.3, 0.4, 0.5, 0.6, 0.7], [0.3, 0.2, 0.0, 0.1, 0.3, 0.5]
+    found = np.array([np.stack([own, first], axis=1), np.stack([second, own], axis=1)])
+    assert late.gain(found, half=False).mean == pytest.approx(0.4)
+    assert late.gain(found, half=True).mean == pytest.approx(0.3)
+    same = np.stack([np.where(np.eye(5)[i], np.nan, np.linspace(0, 1, 6)[:, None]) for i in range(5)])
+    alike = late.gain(same, half=False)
+    assert (alike.low, alike.mean, alike.high) == pytest.approx((1, 1, 1)), "runs that are alike leave no doubt"
 
 
 def test_the_lesser_gain_is_tested_against_runs_read_backwards() -> None:

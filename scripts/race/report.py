@@ -10,7 +10,7 @@ import numpy as np
 from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
-from race import endpoints
+from race import endpoints, late
 from race.figures import draw
 from race.measure import Arrays
 from race.text import HEAD, METHOD, TASK_TITLES
@@ -36,7 +36,7 @@ def write(kept: Path, out: Path) -> None:
     parts = [HEAD.format(runs=runs, answer=_in_short(tasks.get("3v1", {})))]
     for task, found in tasks.items():
         draw(task, {name: found[name] for name in FIRST if name in found} or found, kept.parent)
-        parts += [_of_task(task, found)]
+        parts += [_of_task(task, found, late.tell(late.file(kept, task)))]
     parts.append(METHOD)
     write_text(out / "race.md", "\n\n".join(parts) + "\n")
     print(f"{out / 'race.md'}: {', '.join(f'{task} {len(found)} conditions' for task, found in tasks.items())}")
@@ -61,7 +61,7 @@ def _in_short(found: Task) -> str:
         return f"{endpoints.level(arrays, role, 'panel').mean():.2f}"
 
     whole = found.get("race-monolithic")
-    single = f" Of prey that have one network in all, {reached(whole, 'prey')} escape." if whole else ""
+    single = f" Of prey with one network that sees all predators, {reached(whole, 'prey')} escape." if whole else ""
     return (
         f"In the recommended setting the prey {_course(race, 'prey')}; the predators {_course(race, 'predators')} "
         f"({len(race['config'])} seeds). In the end {reached(race, 'prey')} of the prey escape from predators that\n"
@@ -79,7 +79,7 @@ def _course(arrays: Arrays, role: Role) -> str:
     return f"improve and then {then}" if whole.low > 0 else then
 
 
-def _of_task(task: str, found: Task) -> str:
+def _of_task(task: str, found: Task, against_late: str | None) -> str:
     return "\n\n".join(
         [
             f"## {TASK_TITLES[task]}",
@@ -91,6 +91,7 @@ def _of_task(task: str, found: Task) -> str:
             _table(found, _LEVELS),
             "Gains against the panel: the last sixth of the generations less the first.",
             _table(found, _GAINS),
+            *([against_late] if against_late else []),
             *([_contrasts(found)] if "race" in found else []),
             _lesser(found),
             *(
@@ -137,10 +138,11 @@ def _splitting(found: Task) -> str:
     reached = compare(*(endpoints.level(each, "prey", "panel") for each in (split, whole)))
     verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
     return (
-        f"**Split networks against one network for each prey** (`race-monolithic`, {len(whole['config'])} seeds, else "
-        f"the same): the prey's second-half gain is larger by {_difference(late)} (p {late.p:.2g} without correction), "
-        f"and their level at the end by {_difference(reached)}. By the protocol the second hypothesis, that splitting "
-        f"sustains the race, **{verdict}** for these seeds."
+        f"**A network for each predator that a prey sees, against one that sees all** (`race-monolithic`, "
+        f"{len(whole['config'])} seeds, else the same): the prey's second-half gain is larger by {_difference(late)} "
+        f"(p {late.p:.2g} without correction), and their level at the end by {_difference(reached)}. By the protocol "
+        f"the second hypothesis, that splitting sustains the race, **{verdict}** for these seeds. This is about the "
+        f"prey: the predators' gains in the second half do not differ (below)."
     )
 
 
@@ -161,7 +163,8 @@ def _growing(arrays: Arrays) -> str:
     verdict = "both sides still improve" if min(predators.low, prey.low) > 0 else "it is not shown that both improve"
     return (
         f"{told} The first {n_looked} seeds were a first look. In the other {n_seeds - n_looked}, which alone count as "
-        f"a test, the predators gain {predators} and the prey {prey}: **{verdict}** in the second half."
+        f"a test, the predators gain {predators} and the prey {prey}: **{verdict}** in the second half. (The small p "
+        f"of its lesser gain below says that the lesser side falls back less than by chance, not that it improves.)"
     )
 
 
