@@ -156,7 +156,7 @@ def preset(name: str) -> RunConfig:
     name = _FORMER.get(name, f"race-{name}" if name in WORLDS else name)
     if name not in PRESETS:
         known = [*PRESETS, *WORLDS]
-        near = difflib.get_close_matches(name, known, n=1)
+        near = [each for each in known if each.startswith(name)] or difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
         raise ValueError(f"unknown preset {name}; {hint}")
     return PRESETS[name][1].replace(preset=name)

@@ -34,6 +34,7 @@ COMMANDS: dict[str, Command] = {
     "unknown preset": (["train", "smok"], "unknown preset smok; did you mean smoke?"),
     "unknown preset like none": (["train", "xyzzy"], "unknown preset xyzzy; there are race-3v1, race-3v2, "),
     "no preset": (["train"], "required: PRESET"),
+    "a preset with half its name": (["train", "race"], "unknown preset race; did you mean race-3v1?"),
     "a preset to describe": (["presets", "paper-3v3"], "unknown preset paper-3v3; did you mean paper-3v2?"),
     "unknown option": (["train", "smoke", "--ouput", "x"], "unknown option --ouput; did you mean --out?"),
     "unknown field": (["train", "smoke", "--esp.n_trails", "5"], "--esp.n_trails; did you mean --esp.n_trials?"),

@@ -10,6 +10,7 @@ import pytest
 from esp_trainer.cli.overrides import describe_fields, override
 from esp_trainer.config import RunConfig
 from esp_trainer.presets import PRESETS, preset
+from esp_trainer.tasks import WORLDS
 from predprey_env.settings import field_names
 
 if TYPE_CHECKING:
@@ -198,9 +199,17 @@ def test_presets_of_a_name_shows_what_it_is_and_every_field(name: str, esp_train
 def test_presets_lists_every_experiment_and_what_it_is(esp_trainer: Callable[..., Any]) -> None:
     outcome = esp_trainer("presets")
     assert outcome.code == 0
-    assert [line.split()[0] for line in outcome.out.splitlines()] == list(PRESETS)
-    for line, (meaning, _) in zip(outcome.out.splitlines(), PRESETS.values(), strict=True):
+    *lines, blank, tasks = outcome.out.splitlines()
+    assert [line.split()[0] for line in lines] == list(PRESETS)
+    for line, (meaning, _) in zip(lines, PRESETS.values(), strict=True):
         assert line.endswith(f"  {meaning}")
+    assert not blank
+    assert tasks.startswith("A task stands for its recommended preset: pond for race-pond, ")
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_task_shows_its_recommended_preset(name: str, esp_trainer: Callable[..., Any]) -> None:
+    assert esp_trainer("presets", name).out == esp_trainer("presets", f"race-{name}").out
 
 
 def test_help_of_train_names_every_field(esp_trainer: Callable[..., Any]) -> None:
