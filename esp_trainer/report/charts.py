@@ -197,7 +197,7 @@ def _signal(runs: Sequence[MeasuredRuns]) -> Figure:
         "id": "signal",
         "title": "What selection sees",
         "caption": "Fraction of the variance of neuron fitness within a subpopulation that is not sampling noise. "
-        f"A few percent are usual. Means over {WINDOW} generations.",
+        f"A few percent are usual; an estimate below 0 means that none was found. Means over {WINDOW} generations.",
         "data": _both_roles(runs, "signal", WINDOW),
         "layout": _axes("fraction"),
     }

@@ -34,9 +34,10 @@ _SCRIPTS = (
     *("dom", "teams", "recording", "episode", "game", "behaviours", "painter", "timeline", "wants", "thoughts"),
     *("player", "dragging", "keys", "link", "yourself", "csv", "charts", "tour", "main"),
 )
+_DIAGONAL = "On the dotted line both are of the same generation."
 _MATRIX = {
-    True: ("Who catches whom", "The fraction of prey caught in each pairing."),
-    False: ("Who beats whom", "The mean payoff to the predators, the first team, in each pairing."),
+    True: ("Who catches whom", f"The fraction of prey caught in each pairing. {_DIAGONAL}"),
+    False: ("Who beats whom", f"The mean payoff to the predators, the first team, in each pairing. {_DIAGONAL}"),
 }
 """Title and explanation of the matrix, by whether payoffs are captures."""
 _GENES = 2**22  # maximum size of all champions in a page, in bytes; beyond it the page holds only some generations

@@ -178,7 +178,7 @@ def _phases(runs: Sequence[MeasuredRuns]) -> Line:
     if len(run.phases) == 1:
         mean = run.phases[0].mean
         return Line(
-            f"Success has no phases: from first to last {payoff_in_words(run, mean)}.",
+            f"No lasting change of success was found: over the whole run {payoff_in_words(run, mean)}.",
             f"{mean:.2f} of the prey are caught from first to last." if run.captures else "",
         )
     least, most = (choose(run.phases, key=lambda phase: phase.mean) for choose in (min, max))
@@ -230,7 +230,7 @@ def _behaviours(runs: Sequence[MeasuredRuns]) -> Line | None:
     peaks = "; ".join(f"{name} ({100 * rate:.0f}% at generation {at})" for rate, name, at in seen)
     figures = [
         f"Behaviours beyond chance, with their peaks: {peaks}." if peaks else "",
-        f"Seen, but no more often than by chance: {', '.join(absent)}." if absent else "",
+        f"Seen, but not reliably more often than by chance: {', '.join(absent)}." if absent else "",
         f"Never seen: {', '.join(never)}." if never else "",
     ]
     words = (

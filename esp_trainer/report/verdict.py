@@ -61,11 +61,11 @@ def verdict(runs: Sequence[MeasuredRuns]) -> str:
 _IN_SHORT = {
     "predators won": "the predators won",
     "prey won": "the prey won",
-    "both": "both sides were still improving at the end",
-    "predators": "only the predators were still improving at the end",
-    "prey": "only the prey were still improving at the end",
+    "both": "both sides were still improving in the second half",
+    "predators": "only the predators were still improving in the second half",
+    "prey": "only the prey were still improving in the second half",
     "swung": "success swung to and fro",
-    "stopped": "no side was still improving at the end",
+    "stopped": "no side was still improving in the second half",
     "neither": "neither side improved",
     "script": "one side followed a script",
     "unknown": "nothing can be said of progress",
@@ -188,13 +188,13 @@ def _of_one(run: MeasuredRuns) -> str:
     )
     improved = improving(run.own)
     said = {
-        "both": "Both sides were still improving at the end",
-        "stopped": "Both sides had stopped improving before the end"
+        "both": "Both sides were still improving in the second half",
+        "stopped": "Both sides improved, in the first half alone"
         if len(improved) == 2
-        else f"Only the {''.join(improved)} improved, and stopped before the end",
+        else f"Only the {''.join(improved)} improved, in the first half alone",
         "neither": "Neither side improved",
         "swung": "Neither side got ahead for good: success swung to and fro",
-    }.get(kind, f"Only the {kind} were still improving at the end")
+    }.get(kind, f"Only the {kind} were still improving in the second half")
     return f"{said}; {ending}."
 
 

@@ -87,6 +87,6 @@ charts = new Charts(data, player);
 theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
-new Tour(byId("take-tour"), data.world ? STEPS : STEPS_OF_GAME, () => player?.pause());
+new Tour(byId("take-tour"), data.world ? STEPS : STEPS_OF_GAME, () => player?.seek(Math.floor(player.match.length / 2)));
 if (player && !linked && !calm()) player.play();
 window.predprey = { data, player, charts, Game, Episode, Side, behavioursOf, csvOfChart, fma };

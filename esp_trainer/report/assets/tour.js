@@ -29,9 +29,9 @@ class Tour {
     this.text = element("p");
     this.back = buttonOf("Back", () => this.show(this.at - 1));
     this.next = buttonOf("", () => (this.at + 1 < this.steps.length ? this.show(this.at + 1) : this.close()), { className: "next" });
-    const skip = buttonOf("Skip", () => this.close());
+    this.skip = buttonOf("Skip", () => this.close());
     this.box = element("div", { id: "tour", role: "dialog", hidden: true }, [
-      this.title, this.text, element("div", { className: "bar" }, [this.back, this.next, skip]),
+      this.title, this.text, element("div", { className: "bar" }, [this.back, this.next, this.skip]),
     ]);
     this.box.setAttribute("aria-labelledby", "tour-title");
     this.text.ariaLive = "polite";
@@ -45,7 +45,8 @@ class Tour {
     const [place, title, text] = this.steps[at], pointed = this.#point(place);
     this.title.textContent = `${at + 1} of ${this.steps.length}: ${title}`;
     this.text.textContent = text;
-    this.back.disabled = at === 0;
+    this.back.hidden = at === 0;
+    this.skip.hidden = at + 1 === this.steps.length;
     this.next.textContent = at + 1 < this.steps.length ? "Next" : "Done";
     this.box.hidden = false;
     bring(pointed);

@@ -34,9 +34,11 @@ def run(predators: float, prey: float, variance: float = 0.01, **more: object) -
 
 
 def test_the_verdict_tells_payoffs() -> None:
-    said = "Both sides were still improving at the end; late predators are paid 6.00 by late prey."
+    said = "Both sides were still improving in the second half; late predators are paid 6.00 by late prey."
     assert verdict([run(8, 2)]) == said
-    assert verdict([run(8, 0)]).startswith("Only the predators were still improving at the end; late predators are")
+    assert verdict([run(8, 0)]).startswith(
+        "Only the predators were still improving in the second half; late predators are"
+    )
 
 
 def test_a_gain_within_the_noise_is_none() -> None:

@@ -185,7 +185,7 @@ def test_it_dates_phases() -> None:
         "mean once; by chance as often with p = 0.03."
     )
     one = run(phases=found[:1], alternation=Alternation(0, 1.0))
-    assert words(one)[3] == "Success has no phases: from first to last about 1 in 5 prey is caught."
+    assert words(one)[3] == "No lasting change of success was found: over the whole run about 1 in 5 prey is caught."
     to_and_fro = run(phases=found, alternation=Alternation(3, 0.01))
     assert words(to_and_fro)[3].endswith("It swung to and fro more often than chance would.")
     assert words(one, to_and_fro, rising)[3] == (
@@ -216,8 +216,8 @@ def test_it_names_each_behaviour_once() -> None:
     last = story([run(watched=seen)])[-1]
     assert last.words == "Behaviours seen more often than by chance: attacker."
     assert last.figures.startswith(
-        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but no more often than by "
-        "chance: baiting. Never seen: blocker, "
+        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but not reliably more often "
+        "than by chance: baiting. Never seen: blocker, "
     )
     assert all(last.figures.count(name) == 1 for name in REPORTED_BEHAVIOURS)
     many = watched(attacker=[0.4] * 4, blocker=[0.3] * 4, circling=[0.2] * 4, baiting=[0.1] * 4, herding=[0.1] * 4)

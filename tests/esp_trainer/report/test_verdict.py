@@ -42,21 +42,33 @@ DIPPING = -np.minimum(RISING, RISING[::-1])  # as good at the end as at the begi
 @pytest.mark.parametrize(
     ("predators", "prey", "said"),
     [
-        (RISING, RISING, "Both sides were still improving at the end; late predators catch about 1 in 2 late prey."),
+        (
+            RISING,
+            RISING,
+            "Both sides were still improving in the second half; late predators catch about 1 in 2 late prey.",
+        ),
         (
             RISING,
             EARLY,
-            "Only the predators were still improving at the end; late predators catch about 2 in 3 late prey.",
+            "Only the predators were still improving in the second half; late predators catch about 2 in 3 late prey.",
         ),
-        (FLAT, RISING, "Only the prey were still improving at the end; late predators catch about 1 in 10 late prey."),
+        (
+            FLAT,
+            RISING,
+            "Only the prey were still improving in the second half; late predators catch about 1 in 10 late prey.",
+        ),
         (
             EARLY,
             FLAT,
-            "Only the predators improved, and stopped before the end; late predators catch about 2 in 3 late prey.",
+            "Only the predators improved, in the first half alone; late predators catch about 2 in 3 late prey.",
         ),
         (FLAT, FLAT, "Neither side improved; late predators catch about 1 in 2 late prey."),
         (DIPPING, FLAT, "Neither side improved; late predators catch about 1 in 2 late prey."),
-        (EARLY, EARLY, "Both sides had stopped improving before the end; late predators catch about 1 in 2 late prey."),
+        (
+            EARLY,
+            EARLY,
+            "Both sides improved, in the first half alone; late predators catch about 1 in 2 late prey.",
+        ),
     ],
 )
 def test_it_says_who_was_still_improving(predators: np.ndarray, prey: np.ndarray, said: str) -> None:
@@ -72,7 +84,7 @@ def test_a_side_that_is_beaten_has_lost_however_much_it_gained() -> None:
     assert ending(0.04) == "Prey won: after generation 1006 fewer than 1 in 20 are caught."
     assert ending(0.97) == "Predators won: after generation 1006 fewer than 1 in 20 escape."
     assert ending(0.0, since=0) == "Prey won: from the first generation on fewer than 1 in 50 are caught."
-    still = "Both sides were still improving at the end; late predators catch about 1 in 2 late prey."
+    still = "Both sides were still improving in the second half; late predators catch about 1 in 2 late prey."
     assert ending(0.1) == still
     assert ending(0.0, since=1400) == still  # not for the last sixth of the run
 
@@ -88,7 +100,7 @@ def test_success_that_swings_without_progress_is_no_victory() -> None:
 def test_several_runs_are_counted() -> None:
     won = run(FLAT, FLAT, np.zeros(100))
     assert verdict([run(RISING, RISING), won, run(RISING, RISING)]) == (
-        "In 2 of 3 runs both sides were still improving at the end; in 1 the prey won."
+        "In 2 of 3 runs both sides were still improving in the second half; in 1 the prey won."
     )
     assert verdict([won, won]) == "In all 2 runs the prey won."
 
