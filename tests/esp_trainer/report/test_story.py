@@ -216,8 +216,8 @@ def test_it_names_each_behaviour_once() -> None:
     last = story([run(watched=seen)])[-1]
     assert last.words == "Behaviours seen more often than by chance: attacker."
     assert last.figures.startswith(
-        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but not reliably more often "
-        "than by chance: baiting. Never seen: blocker, "
+        "Behaviours beyond chance, with their peaks: attacker (40% at generation 20). Seen, but not reliably more "
+        "often than by chance: baiting. Never seen: blocker, "
     )
     assert all(last.figures.count(name) == 1 for name in REPORTED_BEHAVIOURS)
     many = watched(attacker=[0.4] * 4, blocker=[0.3] * 4, circling=[0.2] * 4, baiting=[0.1] * 4, herding=[0.1] * 4)
