@@ -56,15 +56,19 @@ class Thoughts {
     for (const kind of ["mouseleave", "focusout"]) place.addEventListener(kind, () => this.hover(-1));
   }
 
+  #does(action) {
+    return this.moves[action] === "idle" ? "stands still" : `goes ${this.moves[action]}`;
+  }
+
   #why(match, step, agent) {
     const { rules } = this.game, name = this.nameOf(agent);
     const say = (text) => [element("p", { className: "hint", textContent: text })];
     if (agent >= rules.n_predators && match.caughtAt[agent - rules.n_predators] <= step) return say(`${name} is caught.`);
     if (step >= match.length) return say("The match is over: nobody moves any more.");
     const team = agent < rules.n_predators ? match.predators : match.prey, action = match.actions[step][agent];
-    if (agent === match.steered) return say(`${name} goes ${this.moves[action]}: you steered it.`);
+    if (agent === match.steered) return say(`${name} ${this.#does(action)}: you steered it.`);
     const thoughts = this.game.thoughts(match, step, agent);
-    if (!thoughts) return say(`${name} goes ${this.moves[action]}, as its script ${team.name} says.`);
+    if (!thoughts) return say(`${name} ${this.#does(action)}, as its script ${team.name} says.`);
     const actions = this.moves.slice(0, team.controller.n_actions);
     const head = element("tr", {}, [element("th"), ...actions.map((move, k) => (
       element("th", { textContent: move, className: k === action ? "chosen" : "" })))]);
@@ -73,7 +77,7 @@ class Thoughts {
     const total = this.#row(rows.length, team.controller.combines ? "the combiner decides" : "sum of votes", thoughts.votes, action);
     const how = team.controller.draws ? "drawn by the votes" : "the most votes";
     return [element("table", {}, [
-      element("caption", { textContent: `Step ${step}: ${name} goes ${this.moves[action]} (${how})` }),
+      element("caption", { textContent: `Step ${step}: ${name} ${this.#does(action)} (${how})` }),
       element("thead", {}, [head]), element("tbody", {}, rows), element("tfoot", {}, [total]),
     ])];
   }
