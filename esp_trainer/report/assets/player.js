@@ -1,6 +1,7 @@
 // The player: selects a match and plays it.
 
 const PACE = 12; // steps per second
+const PAUSE = 1500; // milliseconds before the first chase plays again
 const A_WHILE = 5 * PACE; // steps that the first chase on the page lasts, if it can
 
 class Player {
@@ -103,7 +104,8 @@ class Player {
     }
   }
 
-  play() {
+  // Play to the end, or again and again until something else is done.
+  play(again = false) {
     this.live?.stop();
     if (this.time >= this.match.length) this.time = 0;
     this.playing = true;
@@ -117,8 +119,9 @@ class Player {
       this.time = Math.min(this.match.length, this.time + seconds * PACE * this.speed);
       last = now;
       this.draw();
-      if (this.time >= this.match.length) this.pause();
-      else requestAnimationFrame(tick);
+      if (this.time < this.match.length) requestAnimationFrame(tick);
+      else if (again) setTimeout(() => { if (this.playing && this.turn === turn) this.play(true); }, PAUSE);
+      else this.pause();
     };
     requestAnimationFrame(tick);
   }

@@ -55,6 +55,7 @@ class Yourself {
     this.player.live = null;
     byId("thoughts").hidden = byId("scrub").disabled = false;
     this.said.textContent = text;
+    byId("scrub").max = this.player.match.length;
     this.#toggled();
     this.player.draw();
   }
@@ -93,6 +94,7 @@ class Yourself {
     }
     painter.paint(this.scene, this.time, { chosen: this.agent });
     byId("clock").textContent = `${match.length} / ${env.max_cycles}`;
+    Object.assign(byId("scrub"), { max: env.max_cycles, value: match.length });
   }
 
   // Say how it went, beside the evolved agent in the same place, and show the replay.

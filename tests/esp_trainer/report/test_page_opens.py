@@ -30,6 +30,19 @@ def test_on_opening_a_chase_moves_below_the_verdict_and_its_buttons_are_seen(
 
 
 @pytest.mark.slow
+def test_the_first_chase_plays_again_until_it_is_stopped(page_file: Path, open_page: OpenPage) -> None:
+    tab = open_page(page_file, reduced_motion="no-preference")
+    tab.until("predprey.player.time > 1")
+    tab("() => { predprey.player.time = predprey.player.match.length; }")
+    tab.until("predprey.player.time === predprey.player.match.length && predprey.player.playing")
+    tab.until("predprey.player.time < predprey.player.match.length")
+    tab("() => { predprey.player.time = predprey.player.match.length; }")
+    tab.page.locator("#toggle").click()
+    tab.page.wait_for_timeout(2000)
+    assert tab("() => predprey.player.time === predprey.player.match.length && !predprey.player.playing")
+
+
+@pytest.mark.slow
 def test_for_readers_who_want_little_motion_it_stands_still(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file)
     tab.page.wait_for_timeout(300)

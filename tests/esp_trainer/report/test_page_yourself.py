@@ -91,11 +91,15 @@ def test_predators_stand_still_at_space_and_prey_cannot(page_file: Path, open_pa
     tab.page.locator("#be").select_option("0")
     tab.page.locator("#begin").click()
     tab.page.keyboard.press(" ")
+    bar = "() => { const bar = document.getElementById('scrub'); return [Number(bar.value), Number(bar.max)]; }"
+    assert tab(bar)[1] == tab("() => predprey.player.env.max_cycles")
     tab.until("predprey.player.live.episode.match.length > 3")
+    assert tab(bar)[0] > 3
     assert set(tab("() => predprey.player.live.episode.match.actions.map((actions) => actions[0])")) == {IDLE}
     tab.page.keyboard.press("Escape")
     assert tab.page.locator("#how-it-went").inner_text() == "You stopped."
     assert tab("() => predprey.player.live") is None
+    assert tab(bar)[1] == tab("() => predprey.player.match.length")
     tab.page.locator("#be").select_option("3")
     tab.page.locator("#begin").click()
     assert not tab.page.locator("#go-idle").is_visible()
