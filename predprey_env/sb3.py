@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv
 
+from predprey_env.arrays import Actions, Observation, Picture, Rewards, RowMask
 from predprey_env.envs.fixed import read_only
 from predprey_env.envs.options import Options, read_reset_options
 from predprey_env.envs.vector import PredPreyVectorEnv, vector_env
@@ -40,7 +41,7 @@ class SB3VecEnv(VecEnv):
     """Policy that plays the other team, or all policies of a pool."""
 
     def __init__(
-        self, env: VectorEnv[np.ndarray, np.ndarray, np.ndarray] | str, pictured_worlds: int = 1, **making: Any
+        self, env: VectorEnv[Observation, Actions, Rewards] | str, pictured_worlds: int = 1, **making: Any
     ) -> None:
         self._pictured_worlds = whole_number("pictured_worlds", pictured_worlds, 1)
         if isinstance(env, str):
@@ -76,7 +77,7 @@ class SB3VecEnv(VecEnv):
         self._worlds._read_options(first, self.num_envs)
         self._options = [copy.deepcopy(first)] * self.num_envs
 
-    def reset(self) -> np.ndarray:
+    def reset(self) -> Observation:
         """Start all worlds with the seed and options that were set since the last call, and return the observations."""
         self._check_mode()
         observations, _ = self.env.reset(seed=self._seeds[0], options=self._options[0])
@@ -84,11 +85,11 @@ class SB3VecEnv(VecEnv):
         self._reset_options()
         return observations
 
-    def step_async(self, actions: np.ndarray) -> None:
+    def step_async(self, actions: Actions) -> None:
         """Store the actions for :meth:`step_wait`."""
         self._actions = actions
 
-    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[Observation, Rewards, RowMask, list[dict[str, Any]]]:
         """Play one time step of every world with the stored actions."""
         observations, rewards, terminated, truncated, told = self.env.step(self._actions)
         ended = terminated | truncated
@@ -136,7 +137,7 @@ class SB3VecEnv(VecEnv):
         """Return False for each row: a row has no wrapper of its own."""
         return [False for _ in self._get_indices(indices)]
 
-    def get_images(self) -> Sequence[np.ndarray | None]:
+    def get_images(self) -> Sequence[Picture | None]:
         """Return pictures of the first ``pictured_worlds`` worlds, see :meth:`PredPreyVectorEnv.render`."""
         pictures = self._worlds.render()
         if pictures is None:

@@ -36,10 +36,11 @@ RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
 # The world beyond its config, the tools that rules are written with, and what is asked of those who play in it.
 SEES_THE_WORLD = {"evaluation", "analysis", "exact", "benchmark", "report", "cli"}
-NOT_THE_WORLD = {"config", "extras", "settings", "agents", "jit", "plugins", "policies", "sight", "tasks"}
+NOT_THE_WORLD = {"arrays", "config", "extras", "settings", "agents", "jit", "plugins", "policies", "sight", "tasks"}
 
 # Likewise for the environment: each room may import those before it.
 ROOMS = [
+    "arrays",
     "settings",
     "extras",
     "plugins",

@@ -11,6 +11,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from predprey_env.agents import PREFIXES, check_agents
+from predprey_env.arrays import Actions, Starts, State, WorldIndices
 from predprey_env.config import TEAMS, EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import TeamRows, team_rows
 from predprey_env.envs.fixed import read_only
@@ -101,7 +102,7 @@ class ParallelVectorEnv(ManyWorlds):
         self._shapes = {team: config.team(team) for team in TEAMS}
         self._rows = {team: team_rows(config, team) for team in TEAMS}
         self._everybody = TeamRows(0, config.n_agents)
-        self._final_state: np.ndarray | None = None  # None where no world started again in the last step
+        self._final_state: State | None = None  # None where no world started again in the last step
 
     def _seats(self) -> list[tuple[TeamName, str]]:
         return [(team, agent) for team in TEAMS for agent in self._names[team]]
@@ -135,7 +136,7 @@ class ParallelVectorEnv(ManyWorlds):
         self._mark_started(which)
         return self._look(), self._count()
 
-    def step(self, actions: Mapping[str, np.ndarray]) -> tuple[ByAgent, ByAgent, ByAgent, ByAgent, InfosByAgent]:
+    def step(self, actions: Mapping[str, Actions]) -> tuple[ByAgent, ByAgent, ByAgent, ByAgent, InfosByAgent]:
         """Play one time step of every world, with actions for each agent: int ``(n_worlds,)``.
 
         Returns observations, float32 ``(n_worlds, n_seen)``, rewards, terminations, truncations and infos by agent. If
@@ -162,7 +163,7 @@ class ParallelVectorEnv(ManyWorlds):
         rewards, terminated, truncated = (self._by_agent(array) for array in results)
         return observations, rewards, terminated, truncated, infos
 
-    def state(self) -> np.ndarray:
+    def state(self) -> State:
         """Return the whole state of each world, float32 ``(n_worlds, n_state)``, as :meth:`PredPreyEnv.state`."""
         if self._over is None:
             raise RuntimeError("reset() must be called before state()")
@@ -173,14 +174,14 @@ class ParallelVectorEnv(ManyWorlds):
         return state
 
     @property
-    def final_state(self) -> np.ndarray:
+    def final_state(self) -> State:
         """The state of each world after the last step and before any reset, float32 ``(n_worlds, n_state)``."""
         return self.state() if self._final_state is None else self._final_state
 
     def close(self) -> None:
         """Do nothing: there is nothing to close."""
 
-    def _read_actions(self, actions: Mapping[str, Any], team: TeamName) -> np.ndarray:
+    def _read_actions(self, actions: Mapping[str, Any], team: TeamName) -> Actions:
         """Return a team's actions, int32 ``(n_worlds, n_agents)``."""
         names, n_actions = self._names[team], self._shapes[team].n_actions
         chosen = np.empty((self.n_worlds, len(names)), np.int64)
@@ -195,7 +196,7 @@ class ParallelVectorEnv(ManyWorlds):
             raise ValueError(f"actions for {agent} must be in 0..{n_actions - 1}, got {row.min()} to {row.max()}")
         return chosen.astype(np.int32)
 
-    def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
+    def _start(self, which: WorldIndices, given: Starts | None = None) -> None:
         self._place(which, self._draw_starts(which, given), np.zeros(len(which), np.int64))
         self._score(which)
 

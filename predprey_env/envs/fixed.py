@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from predprey_env.arrays import Picture
 from predprey_env.config import EnvConfig, Rules
 from predprey_env.policies.protocol import Policy
 
@@ -81,7 +82,7 @@ class Around(Configured):
         """Seed from which the generator was made."""
         return self._inner.np_random_seed
 
-    def render(self) -> str | np.ndarray | None:
+    def render(self) -> str | Picture | None:
         """Render the whole world; see :meth:`predprey_env.PredPreyEnv.render`."""
         return self._inner.render()
 

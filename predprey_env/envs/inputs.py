@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
+from predprey_env.arrays import Actions, WorldIndices
 from predprey_env.settings import counted, plain, whole_number, whole_numbers
 
 _MODES = {mode.value.lower(): mode for mode in AutoresetMode}
@@ -36,7 +37,7 @@ def read_n_worlds(n_worlds: int | None, num_envs: int | None) -> int:
     return whole_number("n_worlds" if num_envs is None else "num_envs", given[0], 1)
 
 
-def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> np.ndarray:
+def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> Actions:
     """Return an action for each row as int32 ``(n_worlds, n_agents)``."""
     chosen = whole_numbers("actions", actions, (n_worlds * n_agents,))
     if chosen.min() < 0 or chosen.max() >= n_actions:
@@ -44,7 +45,7 @@ def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> 
     return np.ascontiguousarray(chosen, np.int32).reshape(n_worlds, n_agents)
 
 
-def read_mask(mask: Any, n_worlds: int, n_rows: int) -> np.ndarray:
+def read_mask(mask: Any, n_worlds: int, n_rows: int) -> WorldIndices:
     """Return the indices of the worlds whose rows a reset mask marks; all worlds without a mask."""
     if mask is None:
         return np.arange(n_worlds)

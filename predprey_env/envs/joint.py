@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, MultiDiscrete
 
+from predprey_env.arrays import ActionMask, Actions, Observation, Observations
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Around, read_only
 from predprey_env.envs.masks import action_mask
@@ -40,7 +41,7 @@ def joint_env(
     return JointTeam(team_view(team, opponent, render_mode, task=task, **parameters))
 
 
-class JointTeam(Around, gymnasium.Env[np.ndarray, np.ndarray]):  # type: ignore[override]  # np_random is read-only
+class JointTeam(Around, gymnasium.Env[Observation, Actions]):  # type: ignore[override]  # np_random is read-only
     """A team as one agent: it observes what all agents of the team observe, and chooses all of their actions.
 
     Observations are those of the agents one after the other, float32 ``(n_agents * n_seen,)``; actions are an action
@@ -74,13 +75,13 @@ class JointTeam(Around, gymnasium.Env[np.ndarray, np.ndarray]):  # type: ignore[
         """Replace the opponent, or the pool; see :meth:`predprey_env.TeamView.set_opponent`."""
         self.view.set_opponent(opponent)
 
-    def reset(self, *, seed: int | None = None, options: Options | None = None) -> tuple[np.ndarray, Info]:
+    def reset(self, *, seed: int | None = None, options: Options | None = None) -> tuple[Observation, Info]:
         """Start an episode; see :meth:`predprey_env.TeamView.reset`."""
         observations, infos = self.view.reset(seed, options)
         self._infos = infos
         return self._together(observations), self._info(infos)
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
+    def step(self, action: Actions) -> tuple[Observation, float, bool, bool, Info]:
         """Play one time step with an action for each agent, int ``(n_agents,)``."""
         if not self.view.agents:
             raise RuntimeError("reset() must be called before step()")
@@ -92,14 +93,14 @@ class JointTeam(Around, gymnasium.Env[np.ndarray, np.ndarray]):  # type: ignore[
         self._infos = infos
         return self._together(observations), reward, *ended, self._info(infos)
 
-    def action_masks(self) -> np.ndarray:
+    def action_masks(self) -> ActionMask:
         """Return which actions of each agent count, one agent after the other, bool ``(n_agents * n_actions,)``; for
         sb3-contrib's ``MaskablePPO``.
         """
         acts = np.array([not self._infos[agent]["captured"] for agent in self.view.possible_agents])
         return action_mask(acts, self._config.team(self.view.team).n_actions).ravel().astype(np.bool_)
 
-    def _together(self, observations: dict[str, np.ndarray]) -> np.ndarray:
+    def _together(self, observations: Observations) -> Observation:
         return np.concatenate([observations[agent] for agent in self.view.possible_agents])
 
     def _info(self, infos: dict[str, Any]) -> Info:

@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 
+from predprey_env.arrays import Seeds, Starts, WorldIndices, WorldMask
 from predprey_env.config import EnvConfig
 from predprey_env.envs.fixed import Timed, read_only
 from predprey_env.envs.inputs import read_mask, read_mode, read_seeds
@@ -33,7 +34,7 @@ class ManyWorlds(Timed):
     _scratch: Scratch
     _scores: np.ndarray
     """Fitness of all agents from before the step: float64 ``(n_worlds, n_agents)``."""
-    _over: np.ndarray | None
+    _over: WorldMask | None
     """Worlds that are over, bool ``(n_worlds,)``; None before the first reset."""
 
     def _make_worlds(
@@ -100,14 +101,14 @@ class ManyWorlds(Timed):
             seeded = self._random[world] = seeding.np_random()
         return seeded
 
-    def _seed(self, seed: int | Sequence[int | None] | None, which: np.ndarray) -> None:
+    def _seed(self, seed: int | Sequence[int | None] | None, which: WorldIndices) -> None:
         seeds = read_seeds(seed, self.n_worlds)
         named = {world: seeds[world] for world in which.tolist() if seeds[world] is not None}
         fresh = {world: seeding.np_random(each) for world, each in named.items()}
         for world, seeded in fresh.items():  # set only after all seeds were accepted
             self._random[world] = seeded
 
-    def _read_options(self, options: Options | None, n_rows: int) -> tuple[np.ndarray, np.ndarray | None]:
+    def _read_options(self, options: Options | None, n_rows: int) -> tuple[WorldIndices, Starts | None]:
         """Return the indices of the worlds that start, and their starts, None for random starts.
 
         A reset mask has ``n_rows`` rows, the same number for each world.
@@ -119,7 +120,7 @@ class ManyWorlds(Timed):
         starts = options.get("starts")
         return which, None if starts is None else given_starts(starts, self.config, self.n_worlds)[which]
 
-    def _check_ready(self) -> np.ndarray:
+    def _check_ready(self) -> WorldMask:
         """Return the worlds that are over; raise :class:`RuntimeError` if a step cannot be played."""
         if self._over is None:
             raise RuntimeError("reset() must be called before step()")
@@ -130,21 +131,21 @@ class ManyWorlds(Timed):
             )
         return self._over
 
-    def _generators(self, which: np.ndarray) -> list[np.random.Generator]:
+    def _generators(self, which: WorldIndices) -> list[np.random.Generator]:
         return [self._seeded(world)[0] for world in which.tolist()]
 
-    def _draw_starts(self, which: np.ndarray, given: np.ndarray | None) -> np.ndarray:
+    def _draw_starts(self, which: WorldIndices, given: Starts | None) -> Starts:
         """Return starts of some worlds, each from its own generator unless they are given."""
         return draw_each(self._generators(which), self.config) if given is None else given
 
-    def _mark_started(self, which: np.ndarray) -> None:
+    def _mark_started(self, which: WorldIndices) -> None:
         over = np.zeros(self.n_worlds, np.bool_) if self._over is None else self._over.copy()
         over[which] = False
         self._over = over
 
-    def _place(self, which: np.ndarray, starts: np.ndarray, seeds: np.ndarray) -> None:
+    def _place(self, which: WorldIndices, starts: Starts, seeds: Seeds) -> None:
         """Start episodes in some worlds; the random choices of policies in compiled code follow from ``seeds``."""
         place(self._worlds, which, starts, seeds)
 
-    def _score(self, which: np.ndarray) -> None:
+    def _score(self, which: WorldIndices) -> None:
         score(self._worlds, self._rules, self._scratch, which, self._scores)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from predprey_env.arrays import ActionMask
 
-def action_mask(acts: np.ndarray | bool, n_actions: int) -> np.ndarray:
+
+def action_mask(acts: np.ndarray | bool, n_actions: int) -> ActionMask:
     """Return a mask of 1 for each action that counts, int8 ``(..., n_actions)``.
 
     An agent that does not act, because it is caught or out of its turn, is left action 0 alone, which is ignored.

@@ -9,6 +9,7 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, read_action
+from predprey_env.arrays import Observation, Observations, Picture, State
 from predprey_env.config import IDLE, TEAMS, EnvConfig
 from predprey_env.envs.fixed import Timed
 from predprey_env.envs.inputs import read_seed
@@ -27,9 +28,8 @@ if TYPE_CHECKING:
 
 RENDER_MODES = ("human", "ansi", "rgb_array")
 
-Observation = np.ndarray
 Info = dict[str, Any]
-Step = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
+Step = tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
@@ -100,9 +100,7 @@ class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
         """Seed from which the generator was made."""
         return self._seeded()[1]
 
-    def reset(
-        self, seed: int | None = None, options: Options | None = None
-    ) -> tuple[dict[str, Observation], dict[str, Info]]:
+    def reset(self, seed: int | None = None, options: Options | None = None) -> tuple[Observations, dict[str, Info]]:
         """Start an episode at random positions, or at ``options={"starts": (n_agents, 2) cells}``."""
         starts = read_reset_options(options, ("starts",)).get("starts")
         given = None if starts is None else given_starts(starts, self.config)
@@ -157,7 +155,7 @@ class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
             self.render()
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
 
-    def observe_as(self, sight: AnySight) -> dict[str, Observation]:
+    def observe_as(self, sight: AnySight) -> Observations:
         """Return what the agents in the game would observe if they had another sight than the world's options say."""
         if self._world is None:
             raise RuntimeError("reset() must be called before observe_as()")
@@ -166,7 +164,7 @@ class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
         observe_with(self._world, self._moved, self._rules, sight, seen)
         return {agent: seen[slices[i]] for agent, i in self._rows(self.agents)}
 
-    def state(self) -> np.ndarray:
+    def state(self) -> State:
         """Return the whole state for centralised critics: float32 ``(2 n_agents + n_prey + 1,)``.
 
         It holds all columns, all rows, which prey are free, and the fraction of the time limit that has passed, at most
@@ -177,7 +175,7 @@ class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
         passed = [min(1.0, self._time / self._rules.max_cycles)]  # max_cycles may have been lowered below the time
         return np.concatenate([*self._world, passed], dtype=np.float32)
 
-    def render(self) -> str | np.ndarray | None:
+    def render(self) -> str | Picture | None:
         """Return the world as text (`ansi`) or as an RGB picture, uint8 ``(height, width, 3)`` (`rgb_array`), or show
         it in a window (`human`).
 
@@ -217,7 +215,7 @@ class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
             chosen[i] = read_action(actions, agent, self._n_actions[i])
         self._actions[:] = chosen
 
-    def _look(self, world: World, turn: int) -> dict[str, Observation]:
+    def _look(self, world: World, turn: int) -> Observations:
         """Play a turn, store its results for the step, and return the observations of the agents in the game."""
         seen = np.empty(self._slices[-1].stop, np.float32)
         over = play_turn(world, self._moved, self._actions, turn, self._steps, self._rules, seen, self._scores)

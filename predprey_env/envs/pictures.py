@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, overload
 
 import numpy as np
 
+from predprey_env.arrays import Picture
 from predprey_env.config import EnvConfig
 from predprey_env.engine import Block
 from predprey_env.extras import require_pygame
@@ -54,7 +55,7 @@ class Painters:
         """Return the state for a copy or a pickle: everything except the viewers."""
         return self.__dict__ | {"_seen": {}}
 
-    def paint(self, number: int, blocks: Block) -> np.ndarray:
+    def paint(self, number: int, blocks: Block) -> Picture:
         """Return the picture of a world, uint8 ``(height, width, 3)``."""
         from predprey_env.rendering.viewer import Viewer
 
@@ -68,7 +69,7 @@ class Painters:
         return viewer.frame(world, time)
 
 
-class Pictures(Sequence[np.ndarray]):
+class Pictures(Sequence[Picture]):
     """A picture for each row of an environment, of the row's world. A picture is drawn when it is taken."""
 
     def __init__(self, painters: Painters, blocks: Block, n_rows: int, rows_per_world: int) -> None:
@@ -80,10 +81,10 @@ class Pictures(Sequence[np.ndarray]):
         return self._n_rows
 
     @overload
-    def __getitem__(self, row: int) -> np.ndarray: ...
+    def __getitem__(self, row: int) -> Picture: ...
     @overload
-    def __getitem__(self, row: slice) -> list[np.ndarray]: ...
-    def __getitem__(self, row: int | slice) -> np.ndarray | list[np.ndarray]:
+    def __getitem__(self, row: slice) -> list[Picture]: ...
+    def __getitem__(self, row: int | slice) -> Picture | list[Picture]:
         """Return the picture of the world of a row, uint8 ``(height, width, 3)``."""
         if isinstance(row, slice):
             return [self[each] for each in range(*row.indices(len(self)))]

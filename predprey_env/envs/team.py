@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, ClassVar, Unpack
 
-import numpy as np
 from pettingzoo import ParallelEnv
 
 from predprey_env.agents import PREFIXES, check_agents, other_team, read_action
+from predprey_env.arrays import Observation, Observations, State
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.envs.fixed import Around, Opposed, read_only
 from predprey_env.envs.options import Options
-from predprey_env.envs.parallel import Info, Observation, PredPreyEnv, Step
+from predprey_env.envs.parallel import Info, PredPreyEnv, Step
 from predprey_env.envs.spaces import SpacesByAgent
 from predprey_env.policies.opponents import as_policy, ask, draw_seed, own_copy, sight_in
 from predprey_env.policies.pool import OpponentPool, Opponents, as_pool
@@ -69,7 +69,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
         self.state_space = env.state_space
         self._in_turns = config.move_order == "prey_first"
         self._n_opponent_actions = config.team(other_team(team)).n_actions
-        self._observations: dict[str, Observation] = {}
+        self._observations: Observations = {}
         self._infos: dict[str, Info] = {}
 
     def set_opponent(self, opponent: Opponents) -> None:
@@ -104,9 +104,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
     def render_mode(self, mode: str | None) -> None:
         self.env.render_mode = mode
 
-    def reset(
-        self, seed: int | None = None, options: Options | None = None
-    ) -> tuple[dict[str, Observation], dict[str, Info]]:
+    def reset(self, seed: int | None = None, options: Options | None = None) -> tuple[Observations, dict[str, Info]]:
         """Start an episode; the opponent, if there are several, and its seed are sampled after the start positions."""
         with self._all_or_nothing():
             self._observations, self._infos = self.env.reset(seed, options)
@@ -129,7 +127,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
             return self.env.step({})
         return self._play_turns(actions) if self._in_turns else self._play_together(actions)
 
-    def state(self) -> np.ndarray:
+    def state(self) -> State:
         """Return the state of the whole world; see :meth:`PredPreyEnv.state`."""
         return self.env.state()
 
@@ -186,9 +184,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
         return {agent: value for agent, value in by_agent.items() if agent in self.observation_spaces}
 
 
-def observed_by(
-    policy: Policy, env: ParallelEnv[str, Observation, int], observations: dict[str, Observation]
-) -> dict[str, Observation]:
+def observed_by(policy: Policy, env: ParallelEnv[str, Observation, int], observations: Observations) -> Observations:
     """Return what a policy observes: the environment's observations, or those of the policy's own ``sight``."""
     if not isinstance(env, PredPreyEnv):
         return observations

@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from predprey_env.agents import other_team
+from predprey_env.arrays import ActionMask, Actions, Members, Observation, Rewards, RowMask, Seeds, Starts, WorldIndices
 from predprey_env.config import EnvConfig, EnvParameters, TeamName
 from predprey_env.engine import team_rows
 from predprey_env.envs.fixed import Opposed, read_only
@@ -79,7 +80,7 @@ def vector_env(
     return PredPreyVectorEnv(config, n, team, or_default(opponent, team), autoreset_mode, pictured)
 
 
-class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):  # type: ignore[misc] # np_random is read-only
+class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[Observation, Actions, Rewards]):  # type: ignore[misc] # np_random is read-only
     """Many worlds as a vector environment whose rows are agents: row ``w * n_agents + a`` is agent ``a`` of world
     ``w``.
 
@@ -153,7 +154,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
-    ) -> tuple[np.ndarray, Infos]:
+    ) -> tuple[Observation, Infos]:
         """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` those whose rows are marked.
 
         World ``w`` is seeded with ``seed + w``, as in Gymnasium, or with ``seed[w]``: runs that are to differ need
@@ -168,7 +169,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
             self._mark_started(which)
         return self._look(), self._count()
 
-    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Infos]:
+    def step(self, actions: Actions) -> tuple[Observation, Rewards, RowMask, RowMask, Infos]:
         """Play one time step of every world, with an action for each row: int ``(num_envs,)``.
 
         If an action is wrong, or the opponent raises or returns unusable actions, all worlds stay as they were.
@@ -192,9 +193,9 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         rewards, terminated, truncated = (array.ravel() for array in results)
         return observations, rewards, terminated, truncated, infos
 
-    def action_masks(self) -> np.ndarray:
+    def action_masks(self) -> ActionMask:
         """Return which actions of each row count, bool ``(num_envs, n_actions)``; for sb3-contrib's ``MaskablePPO``."""
-        mask: np.ndarray = action_mask(self._count()["captured"] == 0, int(self.single_action_space.n))
+        mask: ActionMask = action_mask(self._count()["captured"] == 0, int(self.single_action_space.n))
         return mask.astype(np.bool_)
 
     @contextmanager
@@ -224,20 +225,20 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         forget(self._worlds, seeds)
         self._reset_outside(every, members, seeds)
 
-    def _draw_opponents(self, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _draw_opponents(self, which: WorldIndices) -> tuple[Members, Seeds]:
         """Sample the opponent of each world, and then its seed, from the world's own generator."""
         drawn = [(self._pool.sample(generator), draw_seed(generator)) for generator in self._generators(which)]
         members, seeds = np.array(drawn, np.int64).reshape(-1, 2).T
         return members, seeds
 
-    def _set_members(self, which: np.ndarray, members: np.ndarray) -> None:
+    def _set_members(self, which: WorldIndices, members: Members) -> None:
         self._worlds.member[which // LANES, 0, which % LANES] = members
 
-    def _members(self) -> np.ndarray:
+    def _members(self) -> Members:
         """Return the index of each world's opponent in the pool."""
         return self._worlds.member[:, 0].ravel()[: self.n_worlds]
 
-    def _reset_outside(self, which: np.ndarray, members: np.ndarray, seeds: np.ndarray) -> None:
+    def _reset_outside(self, which: WorldIndices, members: Members, seeds: Seeds) -> None:
         for number, (_, outside, _) in enumerate(self._seats):
             if outside:
                 mine = np.ones(len(which), np.bool_) if outside.at_once else members == number
@@ -257,7 +258,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
                 let_member_choose(self._worlds, self._other_rows, player, number, self._rules, self._scratch)
         move_chosen(self._worlds, self._other_rows, self._rules, self._scratch)
 
-    def _start(self, which: np.ndarray, given: np.ndarray | None = None) -> None:
+    def _start(self, which: WorldIndices, given: Starts | None = None) -> None:
         """Start some worlds, each from its own generator unless starts are given."""
         starts = self._draw_starts(which, given)
         members, seeds = self._draw_opponents(which)
@@ -268,7 +269,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
             self._play_first_turn(which)
         self._score(which)
 
-    def _play_first_turn(self, which: np.ndarray) -> None:
+    def _play_first_turn(self, which: WorldIndices) -> None:
         """Let the prey move in the worlds that just started; in the others they stay, as if the episode were over."""
         over = self._worlds.over.copy()
         self._worlds.over[:] = 1
@@ -278,7 +279,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[np.ndarray, np.ndarray, n
         finally:
             self._worlds.over[:] = over
 
-    def _look(self) -> np.ndarray:
+    def _look(self) -> Observation:
         shape = self.config.team(self.team)
         views = np.empty((self.n_worlds, shape.n_agents, shape.n_seen), np.float32)
         look(self._worlds, self._rows, self._rules, self._rules.sight, self._scratch, views)

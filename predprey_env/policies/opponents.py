@@ -10,13 +10,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from predprey_env.agents import read_action
+from predprey_env.arrays import Observations
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.policies.protocol import Player, Policy, choose
 from predprey_env.policies.scripted import ScriptedTeam, how_to_load
 from predprey_env.settings import brief, error_line
 from predprey_env.sight import AnySight, observe
 
-PolicyFunction: TypeAlias = Callable[[dict[str, np.ndarray]], Mapping[str, int]]
+PolicyFunction: TypeAlias = Callable[[Observations], Mapping[str, int]]
 Opponent: TypeAlias = str | Policy | PolicyFunction
 """The name of a script, a policy, or a function from observations to actions, by agent."""
 
@@ -30,7 +31,7 @@ class FunctionPolicy:
     def reset(self, seed: int | None = None) -> None:
         """Do nothing: a function has no memory."""
 
-    def act(self, observations: dict[str, np.ndarray]) -> Mapping[str, int]:
+    def act(self, observations: Observations) -> Mapping[str, int]:
         """Return the actions that the function chooses."""
         return self._function(observations)
 
@@ -145,9 +146,7 @@ def draw_seed(generator: np.random.Generator) -> int:
     return int(generator.integers(2**31))
 
 
-def ask(
-    policy: Policy, observations: dict[str, np.ndarray], n_actions: int, whose: str = "the opponent's"
-) -> dict[str, int]:
+def ask(policy: Policy, observations: Observations, n_actions: int, whose: str = "the opponent's") -> dict[str, int]:
     """Return the policy's actions, checked; error messages say that it is the act() of ``whose``.
 
     Raises :class:`RuntimeError` if the policy raised an exception, and :class:`ValueError` if it did not return an

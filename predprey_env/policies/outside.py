@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from predprey_env.agents import PREFIXES
+from predprey_env.arrays import Actions, Seeds, WorldIndices, WorldMask
 from predprey_env.config import EnvConfig, TeamName
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import Opponent, as_policy, ask, asked_at_once, compiled_player, own_copy, sight_in
@@ -57,7 +58,7 @@ class OutsideTeam:
         """Observations of the team, float32 ``(n_worlds, n_agents, n_seen)``. The caller writes them before
         :meth:`act`."""
 
-    def reset(self, which: np.ndarray, seeds: np.ndarray) -> None:
+    def reset(self, which: WorldIndices, seeds: Seeds) -> None:
         """Start an episode in the worlds ``which``, int ``(n,)``, with a seed for each, int ``(n,)``.
 
         A policy with ``act_batch`` is reset only when all worlds start together, with the first seed.
@@ -69,7 +70,7 @@ class OutsideTeam:
         for world, seed in zip(which.tolist(), seeds.tolist(), strict=True):
             self._policies[world].reset(seed)
 
-    def act(self, playing: np.ndarray) -> np.ndarray:
+    def act(self, playing: WorldMask) -> Actions:
         """Return the team's actions for the observations in :attr:`views`, int32 ``(n_worlds, n_agents)``.
 
         Args:
@@ -82,7 +83,7 @@ class OutsideTeam:
         """
         return self._ask_all() if self.at_once else self._ask_each(playing)
 
-    def _ask_each(self, playing: np.ndarray) -> np.ndarray:
+    def _ask_each(self, playing: WorldMask) -> Actions:
         actions = np.zeros((len(self._policies), len(self._agents)), np.int32)
         for world in np.flatnonzero(playing):
             seen = dict(zip(self._agents, self.views[world].copy(), strict=True))
@@ -90,7 +91,7 @@ class OutsideTeam:
             actions[world] = list(chosen.values())
         return actions
 
-    def _ask_all(self) -> np.ndarray:
+    def _ask_all(self) -> Actions:
         expected, policy = self.views.shape[:2], cast("Any", self._policies[0])
         try:
             actions = np.asarray(policy.act_batch(self.views.copy()))

@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
+from predprey_env.arrays import Observations
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.generic import Generic
 from predprey_env.jit.linking import inlined
@@ -86,7 +87,7 @@ class Policy(Protocol):
         """Start an episode: forget the last one. All random choices follow from the seed, in [0, 2**31)."""
         ...
 
-    def act(self, observations: dict[str, np.ndarray]) -> Mapping[str, int]:
+    def act(self, observations: Observations) -> Mapping[str, int]:
         """Return an action for each agent of the team that has an observation."""
         ...
 

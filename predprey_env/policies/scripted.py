@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from predprey_env.agents import PREFIXES, agent_number, other_team
+from predprey_env.arrays import Observation, Observations
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.lanes import load, store
@@ -137,7 +138,7 @@ class ScriptedTeam:
         """Start an episode; without a seed, random choices differ each time."""
         self._memories.reset(seed)
 
-    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+    def act(self, observations: Observations) -> dict[str, int]:
         """Return an action for each agent that has an observation; agents of the other team are skipped."""
         other = PREFIXES[other_team(self.team)]
         return {agent: self._choose(agent, seen) for agent, seen in observations.items() if not agent.startswith(other)}
@@ -164,7 +165,7 @@ class ScriptedTeam:
         made._n_opponents = env.team(team).n_opponents
         return made
 
-    def _choose(self, agent: str, seen: np.ndarray) -> int:
+    def _choose(self, agent: str, seen: Observation) -> int:
         n_opponents = len(seen) // 2 if self._n_opponents is None else self._n_opponents
         if len(seen) != 2 * n_opponents:
             raise ValueError(

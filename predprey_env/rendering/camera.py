@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from predprey_env.arrays import Places
 from predprey_env.rules.dynamics import World
 
 _EASE = 0.15
@@ -18,10 +19,10 @@ class Camera:
 
     def __init__(self, size: int) -> None:
         self._size = size
-        self._centre: np.ndarray | None = None
+        self._centre: Places | None = None
         self._time = 0.0
 
-    def look(self, world: World, time: float) -> np.ndarray:
+    def look(self, world: World, time: float) -> Places:
         """Return the centre of the picture at a time in steps, not earlier than before: float64 ``(2,)``, column and
         row in cells.
         """
@@ -34,7 +35,7 @@ class Camera:
         self._time = time
         return self._centre
 
-    def _target(self, world: World) -> np.ndarray | None:
+    def _target(self, world: World) -> Places | None:
         """Return the middle of the cell of the free prey that is nearest to a predator; None if none is free."""
         cells = np.stack([world.x, world.y], axis=1).astype(float)
         n_predators = len(cells) - len(world.alive)

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from predprey_env.arrays import Picture
+
 _EXACT = 128
 """Number of the most frequent colours that stay exact; the many blends along the edges of moving shapes share the rest
 of the palette."""
@@ -25,7 +27,7 @@ _LONGEST_FILM = 1_000_000
 """Longest duration of a GIF, in seconds; every 655 seconds take a picture even if nothing moves."""
 
 
-def write_gif(frames: Sequence[np.ndarray], path: Path, fps: float) -> None:
+def write_gif(frames: Sequence[Picture], path: Path, fps: float) -> None:
     """Write RGB frames of one size, uint8 ``(height, width, 3)``, as a GIF that repeats for ever.
 
     All frames share one palette without dithering, so the surroundings of a moving shape stay unchanged and take no
@@ -51,7 +53,7 @@ def write_gif(frames: Sequence[np.ndarray], path: Path, fps: float) -> None:
     )
 
 
-def _pictures(frames: Sequence[np.ndarray], times: Sequence[int]) -> Iterator[tuple[Image.Image, int]]:
+def _pictures(frames: Sequence[Picture], times: Sequence[int]) -> Iterator[tuple[Image.Image, int]]:
     """Yield each frame with its time, in palette colours; pixels that did not change are transparent.
 
     A frame that lasts longer than a picture can becomes several pictures. Pillow merges equal successive pictures and
@@ -75,7 +77,7 @@ def _pictures(frames: Sequence[np.ndarray], times: Sequence[int]) -> Iterator[tu
             before = now
 
 
-def _palette(frames: Sequence[np.ndarray]) -> tuple[bytes, np.ndarray]:
+def _palette(frames: Sequence[Picture]) -> tuple[bytes, np.ndarray]:
     """Return a palette of up to 255 colours, three bytes each, and the entry of every colour in the frames, uint8
     ``(2**24,)``.
     """
@@ -96,7 +98,7 @@ def _palette(frames: Sequence[np.ndarray]) -> tuple[bytes, np.ndarray]:
     return palette.ljust(3 * 256, b"\0"), entries
 
 
-def _packed(frame: np.ndarray) -> np.ndarray:
+def _packed(frame: Picture) -> np.ndarray:
     """Return each pixel's colour as one number."""
     red, green, blue = np.moveaxis(frame.astype(np.uint32), -1, 0)
     packed: np.ndarray = red << 16 | green << 8 | blue

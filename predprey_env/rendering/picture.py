@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pygame
 
+from predprey_env.arrays import Places
 from predprey_env.config import EnvConfig
 from predprey_env.rendering import sprites
 from predprey_env.rendering.ansi import PREY_LETTERS
@@ -50,13 +51,13 @@ class Painter:
         self._scale = _BOUNDS.width / self._width
         self._side = round(config.size * self._scale)  # of the world, in finely drawn pixels
         self._radius = agent_radius(config, width) * _FINE
-        self._centre: np.ndarray | None = None
+        self._centre: Places | None = None
         self._ground = _ground(config.size)
         self._world = self._ground.copy()
         self._picture = pygame.Surface((SIDE, SIDE + HEADER), depth=32)
 
     def paint(
-        self, track: Track, progress: float = 1.0, caption: str = "", centre: np.ndarray | None = None
+        self, track: Track, progress: float = 1.0, caption: str = "", centre: Places | None = None
     ) -> pygame.Surface:
         """Return the picture at the latest moment of a track, or on the way there.
 
@@ -76,7 +77,7 @@ class Painter:
         self._write_header(track, now, caption)
         return self._picture
 
-    def _centres(self, cells: np.ndarray) -> np.ndarray:
+    def _centres(self, cells: Places) -> Places:
         """Return the positions of cells ``(n_agents, 2)`` in the finely drawn picture, whose rows count downwards."""
         points = cells + 0.5
         if self._centre is not None:
@@ -117,7 +118,7 @@ class Painter:
                 for shift in self._shifts(box):
                     self._world.fill(colours[int(agent >= self._config.n_predators)], box.move(shift))
 
-    def _draw_agents(self, track: Track, centres: np.ndarray, now: float) -> None:
+    def _draw_agents(self, track: Track, centres: Places, now: float) -> None:
         """Draw caught prey at the bottom, each in a ring that grows and fades, then predators, then free prey."""
         hunters, ages = self._config.n_predators, now - track.caught_at
         for prey in np.flatnonzero(ages >= 0).tolist():
@@ -134,7 +135,7 @@ class Painter:
             label = PREY_LETTERS[prey : prey + 1] if named else ""
             self._stamp(sprites.prey(self._radius, label), centres[hunters + prey])
 
-    def _stamp(self, sprite: pygame.Surface, centre: np.ndarray) -> None:
+    def _stamp(self, sprite: pygame.Surface, centre: Places) -> None:
         box = sprite.get_rect(center=centre.round().tolist())
         self._world.blits([(sprite, box.move(shift)) for shift in self._shifts(box)])
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from predprey_env.arrays import Places
 from predprey_env.rules.dynamics import World
 
 
@@ -16,10 +17,10 @@ class Stretch(NamedTuple):
     time: float
     """Time of the second moment, in steps."""
 
-    start: np.ndarray
+    start: Places
     """Cells of the agents at the first moment: int32 ``(n_agents, 2)``, columns and rows."""
 
-    way: np.ndarray
+    way: Places
     """Move of each agent: -1, 0 or 1 cells along each axis, int32 ``(n_agents, 2)``."""
 
 
@@ -65,5 +66,5 @@ class Track:
         return True
 
 
-def _cells(world: World) -> np.ndarray:
+def _cells(world: World) -> Places:
     return np.stack([world.x, world.y], axis=1)

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from predprey_env.arrays import Picture
 from predprey_env.extras import extra
 from predprey_env.settings import brief, plain
 
@@ -29,7 +30,7 @@ _H264 = [
 ]
 
 
-def save_video(frames: Iterable[np.ndarray], path: str | os.PathLike[str], fps: float = 15) -> None:
+def save_video(frames: Iterable[Picture], path: str | os.PathLike[str], fps: float = 15) -> None:
     """Write RGB frames, uint8 ``(height, width, 3)``, as a GIF or an MP4; the suffix of the path decides which.
 
     Raises :class:`ValueError` for another suffix or unfit frames, :class:`OSError` if the file cannot be written, and
@@ -82,7 +83,7 @@ def _read_rate(fps: Any) -> float:
     return rate
 
 
-def _write_mp4(frames: Iterator[np.ndarray], path: Path, fps: float) -> None:
+def _write_mp4(frames: Iterator[Picture], path: Path, fps: float) -> None:
     """Write the frames with ffmpeg, called directly: :func:`imageio_ffmpeg.write_frames` does not report failure."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
@@ -113,7 +114,7 @@ def _reason(lines: str) -> str:
     return system or ": ".join(["ffmpeg failed", *lines.splitlines()[-1:]])
 
 
-def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+def _checked(frames: Iterable[Picture]) -> Iterator[Picture]:
     """Yield the frames; raise :class:`ValueError` if there are none, or if they differ in size."""
     shape = None
     for i, frame in enumerate(frames):

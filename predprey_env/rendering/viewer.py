@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pygame
 
+from predprey_env.arrays import Picture
 from predprey_env.config import EnvConfig
 from predprey_env.rendering.camera import Camera
 from predprey_env.rendering.picture import HEADER, SIDE, Painter, trail_length
@@ -35,7 +36,7 @@ class Viewer:
         self._camera = Camera(config.size)
         self._track: Track | None = None
 
-    def frame(self, world: World, time: float, caption: str = "") -> np.ndarray:
+    def frame(self, world: World, time: float, caption: str = "") -> Picture:
         """Return the world at a time, in steps, as an RGB picture with the caption above: uint8 ``(height, width, 3)``.
 
         North is up.
@@ -65,5 +66,5 @@ class Viewer:
         return self._track.see(world, time), self._track
 
 
-def _as_array(picture: pygame.Surface) -> np.ndarray:
+def _as_array(picture: pygame.Surface) -> Picture:
     return np.ascontiguousarray(pygame.surfarray.array3d(picture).swapaxes(0, 1))

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from predprey_env.arrays import Starts
 from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.jit.values import Array
 from predprey_env.settings import whole_numbers
 
 
-def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> np.ndarray:
+def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig) -> Starts:
     """Sample uniform starts, int32 ``(n_starts, n_agents, 2)``: columns and rows in cells, predators first.
 
     With ``start_collisions="redraw"``, prey placed on a predator are placed again.
@@ -24,7 +25,7 @@ def draw_starts(generator: np.random.Generator, n_starts: int, config: EnvConfig
     return starts
 
 
-def draw_each(generators: Sequence[np.random.Generator], config: EnvConfig) -> np.ndarray:
+def draw_each(generators: Sequence[np.random.Generator], config: EnvConfig) -> Starts:
     """Sample one start from each generator, int32 ``(n_generators, n_agents, 2)``.
 
     Each start is the one that :func:`draw_starts` samples from the same generator. Collisions are searched for in all
@@ -39,13 +40,13 @@ def draw_each(generators: Sequence[np.random.Generator], config: EnvConfig) -> n
     return starts
 
 
-def _redraw(starts: np.ndarray, generator: np.random.Generator, config: EnvConfig) -> None:
+def _redraw(starts: Starts, generator: np.random.Generator, config: EnvConfig) -> None:
     prey = starts[:, config.n_predators :]
     while (met := on_a_predator(starts, config)).any():  # the new place may be on a predator again
         prey[met] = generator.integers(0, config.size, size=(int(met.sum()), 2), dtype=np.int32)
 
 
-def on_a_predator(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
+def on_a_predator(starts: Starts, config: EnvConfig) -> np.ndarray:
     """Return which prey start in a predator's cell, bool ``(n_starts, n_prey)``."""
     found = np.zeros((len(starts), config.n_prey), np.bool_)
     _find_shared(starts, config.n_predators, found)
@@ -62,7 +63,7 @@ def _find_shared(starts: Array, n_predators: int, found: Array) -> None:
                 found[start, prey] |= same_column and starts[start, predator, 1] == starts[start, at, 1]
 
 
-def given_starts(starts: Any, config: EnvConfig, *n_starts: int) -> np.ndarray:
+def given_starts(starts: Any, config: EnvConfig, *n_starts: int) -> Starts:
     """Return starts that the caller chose, int32 ``(*n_starts, n_agents, 2)``.
 
     Raises :class:`ValueError` if they have another shape, are not integers, or lie outside the world.

@@ -1,0 +1,36 @@
+"""Names for arrays, so that a signature says what it takes and gives."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+
+Observation: TypeAlias = np.ndarray
+"""What an agent sees: float32 ``(n_seen,)``; in many worlds with a row for each agent, or world, before that."""
+Observations: TypeAlias = dict[str, Observation]
+"""The observation of each agent, by name."""
+State: TypeAlias = np.ndarray
+"""All that a centralised critic sees: float32 ``(n_state,)``, with the worlds before that where there are many."""
+Actions: TypeAlias = np.ndarray
+"""Numbers of moves: int64 ``(rows,)``, a row for each agent, or with the worlds before that."""
+Rewards: TypeAlias = np.ndarray
+"""float64 ``(rows,)``, a row for each agent."""
+RowMask: TypeAlias = np.ndarray
+"""A truth for each agent: bool ``(rows,)``."""
+WorldIndices: TypeAlias = np.ndarray
+"""Which of many worlds: int64 ``(n,)``."""
+WorldMask: TypeAlias = np.ndarray
+"""A truth for each world: bool ``(n_worlds,)``."""
+Starts: TypeAlias = np.ndarray
+"""Cells where agents start, predators first: int64 ``(..., n_agents, 2)``, x and y."""
+Seeds: TypeAlias = np.ndarray
+"""A seed for each of some worlds: int64 ``(n,)``."""
+Members: TypeAlias = np.ndarray
+"""The place in a pool of the opponent of each of some worlds: int64 ``(n,)``."""
+ActionMask: TypeAlias = np.ndarray
+"""1 where an action may be taken: int8 or bool ``(..., n_actions)``."""
+Picture: TypeAlias = np.ndarray
+"""Red, green and blue: uint8 ``(height, width, 3)``."""
+Places: TypeAlias = np.ndarray
+"""Points of a picture or of the torus, x and y: ``(n, 2)``, or one ``(2,)``."""
