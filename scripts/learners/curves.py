@@ -66,5 +66,5 @@ def draw(curves: Curves, path: Path) -> None:
         panel.set(
             title=f"{role} learn", xlabel="million steps of agents", ylabel="fraction of prey caught", ylim=(0, 1)
         )
-        plots.legend(panel)
+    plots.legend_above(axes[0])
     plots.save(figure, path, data)

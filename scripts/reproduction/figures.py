@@ -145,7 +145,7 @@ def parity(results: All, place: Path) -> None:
             drawn = plots.curve(panel, x, known, f"{even} even", even, window=WINDOW)
             data |= {"generation": x} | {f"{arm}, {even} even: {part}": values for part, values in drawn.items()}
         panel.set(title=arm, xlabel="generation", ylabel="fraction of prey caught", ylim=(0, 1))
-    plots.legend(axes[0])
+    plots.legend_above(axes[0])
     plots.save(figure, place / "parity.png", data)
 
 
