@@ -41,10 +41,11 @@ def test_a_level_is_reached_at_the_first_point_that_has_it() -> None:
 
 
 def test_a_row_tells_means_over_seeds() -> None:
-    rows = page.long({"long, steppe": STEPPE, "standing, steppe, intercept": [[[0, 0.0, 0.3, 0.3, 0.4]]]}).splitlines()
+    beside = {"standing, steppe, intercept": [[[0, 0.0, 0.3, 0.3, 0.4]]]}
+    rows = page.long({"long, steppe, predators": STEPPE, **beside}).splitlines()
     assert rows[2:] == [
-        "| steppe | PPO | 2 | 2.0 M | 21 | 0.700 | 0.800 |",
-        "| steppe | `intercept` | - | - | - | 0.300 | 0.400 |",
+        "| steppe, predators | PPO | 2 | 2.0 M | 21 | 0.700 | 0.800 |",
+        "| steppe, predators | `intercept` | - | - | - | 0.300 | 0.400 |",
     ]
 
 

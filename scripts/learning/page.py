@@ -10,7 +10,8 @@ from study import fill, table
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.files import write_text
-from learning.runs import LONG, OPPONENT, POINTS, STANDING, STEPS, TUNED
+from esp_trainer.types import Role
+from learning.runs import LONG, POINTS, STANDING, STEPS, TUNED
 from predprey_env.tasks import DEFAULT_OPPONENTS
 
 Curves = dict[str, list[list[list[float]]]]
@@ -29,19 +30,23 @@ def by_kind(kept: dict[str, list[list[float]]]) -> Curves:
 def write(curves: Curves, place: Path) -> None:
     """Write the page and its figures."""
     _draw(curves, place / "learning" / "curves.png")
-    _draw_long(curves, place / "learning" / "long.png")
+    for task, role in LONG:
+        if runs := curves.get(f"long, {task}, {role}"):
+            _draw_long(runs, curves, task, role, place / "learning")
 
     def level(name: str, column: int = HELD_OUT) -> str:
         return fraction(_last(curves[name], column)) if name in curves else "-"
 
-    script, evolved = (f"standing, steppe, {team}" for team in STANDING["steppe"])
     values = {
         "pond": level("pond, predators", SAMPLED),
-        "short": level("steppe, predators", SAMPLED),
-        "steppe_script": level("long, steppe", SAMPLED),
-        "steppe": level("long, steppe"),
-        "script": level(script),
-        "evolved": level(evolved),
+        **{f"{task}_{role}": level(f"long, {task}, {role}") for task, role in LONG},
+        "3v2_predators_against_script": level("long, 3v2, predators", SAMPLED),
+        "3v2_predators_script_against_script": level("standing, 3v2, intercept", SAMPLED),
+        **{
+            f"{task}_{role}_{kind}": level(f"standing, {task}, {team}")
+            for task, role in LONG
+            for kind, team in _beside(task, role)
+        },
         "command": _command(),
         "tasks": _tasks(curves),
         "long": long(curves),
@@ -66,8 +71,8 @@ def first(points: list[list[float]], level: float, column: int) -> float:
 
 
 def _command() -> str:
-    options = (f"    --{name.replace('_', '-')} {value}" for name, value in TUNED.items())
-    return " \\\n".join([f"python examples/ppo_one_team.py --task steppe --steps {LONG['steppe']}", *options])
+    steps, options = LONG["steppe", "predators"], (f"    --{n.replace('_', '-')} {value}" for n, value in TUNED.items())
+    return " \\\n".join([f"python examples/ppo_one_team.py --task steppe --steps {steps}", *options])
 
 
 def _last(runs: list[list[list[float]]], column: int) -> list[float]:
@@ -106,15 +111,23 @@ def _known(runs: list[list[list[float]]], column: int) -> str:
 def long(curves: Curves) -> str | None:
     """Return the table of the long runs and what stands beside them, or nothing without such runs."""
     rows = []
-    for task in LONG:
-        if runs := curves.get(f"long, {task}"):
-            rows.append([task, "PPO", len(runs), *_spent(runs), *_both(runs)])
+    for task, role in LONG:
+        if runs := curves.get(f"long, {task}, {role}"):
+            rows.append([f"{task}, {role}", "PPO", len(runs), *_spent(runs), *_both(runs)])
             rows += [
-                [task, f"`{team}`", "-", "-", "-", *_both(there)]
-                for team in STANDING[task]
+                [f"{task}, {role}", f"`{team}`", "-", "-", "-", *_both(there)]
+                for _, team in _beside(task, role)
                 if (there := curves.get(f"standing, {task}, {team}"))
             ]
-    heads = "task", "predators", "runs", "steps", "CPU seconds", f"caught of `{OPPONENT}`", "of held-out evolved prey"
+    heads = (
+        "task and team",
+        "policy",
+        "runs",
+        "steps",
+        "CPU seconds",
+        "caught, script",
+        "caught, held-out evolved teams",
+    )
     return table(heads, rows) if rows else None
 
 
@@ -126,7 +139,7 @@ def _evolution(curves: Curves) -> str:
     def reached(runs: list[list[list[float]]], level: float) -> str:
         columns = AT_SECONDS, AT_STEPS
         seconds, steps = (float(np.median([first(points, level, column) for points in runs])) for column in columns)
-        return f"{seconds:.1f} s, {steps / 1e6:.1f} M" if np.isfinite(steps) else "-"
+        return f"{seconds:.1f} s, {steps / 1e6:.2f} M" if np.isfinite(steps) else "-"
 
     rows = []
     for name in ["pond, predators", *(name for name in curves if name.startswith("evolved, "))]:
@@ -167,27 +180,36 @@ def _draw(curves: Curves, path: Path) -> None:
         panel.set(title=task, xlabel="CPU seconds" if by_time else "million steps of agents", ylim=(0, 1))
     axes[0].set_ylabel("fraction of prey caught")
     axes[len(STEPS)].set_ylabel("fraction of prey caught")
-    plots.legend(axes[0])
-    plots.save(figure, path, data)
-
-
-def _draw_long(curves: Curves, path: Path) -> None:
-    """Draw the long runs: a panel for each kind of prey, with what stands beside them as levels."""
-    figure, axes = plots.panels(2, width=4.2, height=3.0)
-    data: dict[str, np.ndarray] = {}
-    for panel, (prey, column) in zip(axes, {OPPONENT: SAMPLED, "held-out evolved prey": HELD_OUT}.items(), strict=True):
-        if runs := curves.get("long, steppe"):
-            steps, seconds, caught = _on_grid(runs, column)
-            drawn = plots.curve(panel, steps / 1e6, caught, "PPO")
-            data |= {"million steps": steps / 1e6, "CPU seconds": seconds}
-            data |= {f"{prey}, {key}": value for key, value in drawn.items()}
-        for number, (kind, team) in enumerate(
-            zip(("script", "evolved team"), STANDING["steppe"], strict=True), start=1
-        ):
-            if there := curves.get(f"standing, steppe, {team}"):
-                style = {"color": plots.COLOURS[number], "linestyle": plots.dash_of(number)}
-                panel.axhline(_last(there, column)[0], label=f"best {kind}", **style)
-        panel.set(title=prey, xlabel="million steps of agents", ylim=(0, 1))
-    axes[0].set_ylabel("fraction of prey caught")
     plots.legend_above(axes[0])
     plots.save(figure, path, data)
+
+
+def _draw_long(runs: list[list[list[float]]], curves: Curves, task: str, role: Role, place: Path) -> None:
+    """Draw long runs: a panel for each kind of opponent, with what stands beside them as levels.
+
+    CPU seconds stand above the panels; they grow in proportion to the steps.
+    """
+    figure, axes = plots.panels(2, width=4.2, height=3.2)
+    steps, seconds, _ = _on_grid(runs, SAMPLED)
+    steps /= 1e6
+    cost = seconds[-1] / steps[-1]
+    data = {"million steps": steps, "CPU seconds": seconds}
+    for panel, column in zip(axes, (SAMPLED, HELD_OUT), strict=True):
+        opponent = "held-out evolved teams" if column == HELD_OUT else DEFAULT_OPPONENTS[role]
+        drawn = plots.curve(panel, steps, _on_grid(runs, column)[2], "PPO")
+        data |= {f"{opponent}, {key}": value for key, value in drawn.items()}
+        for number, (kind, team) in enumerate(_beside(task, role), start=1):
+            if there := curves.get(f"standing, {task}, {team}"):
+                style = {"color": plots.COLOURS[number], "linestyle": plots.dash_of(number)}
+                panel.axhline(_last(there, column)[0], label=kind.replace("script", f"script {team}"), **style)
+        panel.set(title=f"{task}, against {opponent}", xlabel="million steps of agents", ylim=(0, 1))
+        above = panel.secondary_xaxis("top", functions=(lambda x: x * cost, lambda x: x / cost))
+        above.set_xlabel("CPU seconds")
+    axes[0].set_ylabel("fraction of prey caught")
+    plots.legend_above(axes[0])
+    plots.save(figure, place / f"{task}-{role}.png", data)
+
+
+def _beside(task: str, role: Role) -> list[tuple[str, str]]:
+    """Return the kinds and the names of those that stand beside the long runs."""
+    return list(zip(("script", "best evolved team"), STANDING[task, role], strict=True))

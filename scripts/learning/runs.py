@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import process_time
@@ -22,11 +22,17 @@ from predprey_env.tasks import DEFAULT_OPPONENTS
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEPS = {"pond": 500_000, "meadow": 1_000_000, "steppe": 2_000_000}
 """Steps of agents in a run, by task."""
-LONG = {"steppe": 100_000_000}
-"""The same of the tuned setting, on hard tasks."""
+LONG: dict[tuple[str, Role], int] = {
+    ("steppe", "predators"): 100_000_000,
+    ("3v1", "predators"): 100_000_000,
+    ("3v2", "predators"): 100_000_000,
+}
+"""The same of the tuned setting, on hard tasks, by task and by who learns."""
 SEEDS, EVOLVED_SEEDS = range(5), range(3)
 OPPONENT = DEFAULT_OPPONENTS["predators"]
 POINTS, EPISODES, GENERATIONS = 10, 400, 100
+HELD_OUT_EPISODES = 3600
+"""Against all held-out teams together."""
 SEE = "nearest_first"
 """What agents see in the curves, beside the offsets."""
 SIGHT_ARMS: dict[str, dict[str, Any]] = {
@@ -68,17 +74,26 @@ TUNED_ARMS: dict[str, dict[str, Any]] = {
 ARM_STEPS, ARM_SEEDS = 5_000_000, range(3)
 
 
-STANDING = {"steppe": ("intercept", "race-steppe/predators/seed-500-late")}
-"""Predators beside the long runs: by task, the best script and the best evolved team of the leaderboard."""
+STANDING: dict[tuple[str, Role], tuple[str, ...]] = {
+    ("steppe", "predators"): ("intercept", "race-steppe/predators/seed-500-late"),
+    ("3v1", "predators"): ("intercept", "race-3v1/predators/seed-501-late"),
+    ("3v2", "predators"): ("intercept", "drawn-3v2/predators/seed-500-late"),
+}
+"""Who stands beside the long runs: a script, and the best evolved team of the leaderboard."""
 
 
 def levels(team: Challenger, world: EnvConfig, role: Role, task: str | None) -> list[float]:
     """Return the fraction of prey caught against the default script, and against the held-out teams of a task."""
-    arena = Arena(world, EPISODES, seed=1)
-    held_out = [] if task is None else [each for each in load_zoo(task).teams if each.role != role and each.held_out]
-    opponents = [DEFAULT_OPPONENTS[role], *(load_team(each.name) for each in held_out)]
-    caught = [float(arena.meet(team, role, opponent).captured.mean()) / world.n_prey for opponent in opponents]
-    return [caught[0], float(np.mean(caught[1:]))] if held_out else caught
+
+    def caught(opponents: Sequence[Challenger], n_episodes: int) -> float:
+        arena = Arena(world, n_episodes, seed=1)
+        return float(np.mean([arena.meet(team, role, each).captured.mean() for each in opponents])) / world.n_prey
+
+    script = caught([DEFAULT_OPPONENTS[role]], EPISODES)
+    if task is None:
+        return [script]
+    held_out = [load_team(each.name) for each in load_zoo(task).teams if each.role != role and each.held_out]
+    return [script, caught(held_out, HELD_OUT_EPISODES // len(held_out))]
 
 
 def learn(file: Path, settings: dict[str, Any]) -> None:
@@ -92,7 +107,7 @@ def learn(file: Path, settings: dict[str, Any]) -> None:
     from esp_trainer import TorchPolicy
 
     args = Args(**settings)
-    world, points = WORLDS[args.task].replace(**args.sight), []
+    world, points, measured = WORLDS[args.task].replace(**args.sight), [], (args.task, args.team) in LONG
     train(replace(args, n_worlds=2, steps=1))  # compiles, which is not counted
     began = process_time()
 
@@ -101,7 +116,7 @@ def learn(file: Path, settings: dict[str, Any]) -> None:
         spent = process_time() - began
         if steps >= args.steps * len(points) / POINTS:
             sampled, greedy = (TorchPolicy(policy, world.team(args.team), drawn=drawn) for drawn in (True, False))
-            script, *held_out = levels(sampled, world, args.team, args.task if args.task in LONG else None)
+            script, *held_out = levels(sampled, world, args.team, args.task if measured else None)
             points.append((steps, spent, script, *levels(greedy, world, args.team, None), *held_out))
         began = process_time() - spent
 
@@ -111,9 +126,9 @@ def learn(file: Path, settings: dict[str, Any]) -> None:
 
 def play(file: Path, settings: dict[str, Any]) -> None:
     """Play a script or a team of the zoo, and write one point: nothing spent, and the fractions of prey caught."""
-    task, name = settings["task"], settings["team"]
+    task, role, name = settings["task"], settings["role"], settings["team"]
     team = load_team(name) if "/" in name else ScriptedTeams(name)
-    script, held_out = levels(team, WORLDS[task], "predators", task)
+    script, held_out = levels(team, WORLDS[task], role, task)
     write(file, [(0, 0.0, script, script, held_out)])
 
 
@@ -155,13 +170,13 @@ PLAN: dict[str, tuple[Callable[[Path, dict[str, Any]], None], dict[str, Any]]] =
         for seed in ARM_SEEDS
     },
     **{
-        f"long, {task}/{seed}": (learn, {"task": task, "seed": seed, "steps": steps, **TUNED})
-        for task, steps in LONG.items()
+        f"long, {task}, {team}/{seed}": (learn, {"task": task, "team": team, "seed": seed, "steps": steps, **TUNED})
+        for (task, team), steps in LONG.items()
         for seed in SEEDS
     },
     **{
-        f"standing, {task}, {team}/0": (play, {"task": task, "team": team})
-        for task, teams in STANDING.items()
+        f"standing, {task}, {team}/0": (play, {"task": task, "role": role, "team": team})
+        for (task, role), teams in STANDING.items()
         for team in teams
     },
     **{
@@ -176,7 +191,14 @@ PLAN: dict[str, tuple[Callable[[Path, dict[str, Any]], None], dict[str, Any]]] =
 def small() -> dict[str, tuple[Callable[[Path, dict[str, Any]], None], dict[str, Any]]]:
     """Return one or two runs of each kind that take seconds and mean nothing."""
     less = {learn: {"steps": 3000, "n_worlds": 4}, play: {}, evolve: {"generations": 2, "esp.n_trials": 100}}
-    beginnings = "pond, ", "option, offsets alone", "option, team", "tuned, as", "long, steppe", "standing, steppe"
+    beginnings = (
+        "pond, ",
+        "option, offsets alone",
+        "option, team",
+        "tuned, as",
+        "long, steppe, predators",
+        "standing, steppe",
+    )
     return {
         name: (function, settings | less[function])
         for name, (function, settings) in PLAN.items()
