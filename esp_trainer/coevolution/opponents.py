@@ -80,6 +80,5 @@ def past_teams(controller: Controller, fame: HallOfFame, which: np.ndarray) -> E
 def _weighted(weights: np.ndarray, shape: Shape, generator: np.random.Generator) -> np.ndarray:
     """Sample indices of weights, with probabilities in proportion to them."""
     ends = np.cumsum(weights)
-    which = np.searchsorted(ends, generator.random(shape) * ends[-1], side="right")
-    # The product may round up to the whole sum, which would be an index beyond the last.
-    return np.minimum(which, len(weights) - 1)
+    # random() is at most 1 - 2**-53, so the product is rounded to less than the whole sum.
+    return np.searchsorted(ends, generator.random(shape) * ends[-1], side="right")
