@@ -295,9 +295,15 @@ def test_a_crowded_start_is_found_in_few_draws() -> None:
 
 
 @pytest.mark.parametrize(
-    ("turn", "expected"), [(NOBODY, [4, 4, 4]), (EVERYBODY, [0, 1, 2]), (PREY, [4, 4, 2]), (PREDATORS, [0, 1, 4])]
+    ("turn", "expected"),
+    [
+        (NOBODY, [4, 4, 4, 4]),
+        (EVERYBODY, [0, 1, 2, 3]),
+        (PREY, [4, 4, 4, 3]),
+        (PREDATORS, [0, 1, 2, 4]),
+    ],
 )
 def test_the_last_moves_are_those_of_who_moves_in_the_turn(turn: int, expected: list[int]) -> None:
-    moved = np.full(3, 4, np.int32)
-    remember_moves(np.array([0, 1, 2], np.int32), turn, EnvConfig(n_predators=2, n_prey=1).rules, moved)
+    moved = np.full(4, 4, np.int32)
+    remember_moves(np.array([0, 1, 2, 3], np.int32), turn, EnvConfig(n_predators=3, n_prey=1).rules, moved)
     assert moved.tolist() == expected

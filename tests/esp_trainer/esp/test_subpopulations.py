@@ -126,6 +126,15 @@ def test_drawn_opponents_are_not_bred_from():
         population.tell(np.zeros((7, N_AGENTS)), NO_FAME, rng())
 
 
+def test_fitness_that_is_not_finite_is_refused_with_its_place():
+    population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
+    population.ask(rng())
+    fitness = np.zeros((400, N_AGENTS))
+    fitness[7, 1] = fitness[9, 0] = np.inf
+    with pytest.raises(ValueError, match=r"fitness must be finite, got inf for agent 1 in trial 7"):
+        population.tell(fitness, NO_FAME, rng())
+
+
 @pytest.mark.parametrize("shape", [(400,), (400, 1), (399, N_AGENTS), (400, N_AGENTS, 1)])
 def test_fitness_of_another_shape_is_refused_and_can_be_told_again(shape: tuple[int, ...]):
     population = Subpopulations.start(esp(), CONTROLLER, N_AGENTS, rng())
@@ -295,6 +304,61 @@ def test_champions_are_left_as_they_are():
 
 
 # -- memory ------------------------------------------------------------------------------------------------------------
+
+
+def told_twice(config: EspConfig) -> Subpopulations:
+    """A population whose neuron n earns -n, in 20 trials of each of two generations, and 100 more in the second."""
+    population = Subpopulations(config, CONTROLLER, labelled())
+    neurons = np.arange(config.n_trials) % SIZE
+    for more in (0, 100):
+        population.ask(Drawing(neurons))
+        population.tell(more - np.repeat(neurons[:, None], N_AGENTS, axis=1).astype(float), NO_FAME, rng())
+    return population
+
+
+OVER_THE_MEAN = 20 * (9.5 - np.arange(SIZE))
+"""What the 20 trials of each neuron earn beyond the mean of all, which is -9.5."""
+ELDERS = np.arange(SIZE) < SIZE - 2 * N_ELITE
+"""The better half, which stays; the others are replaced in each generation."""
+
+
+def test_earlier_trials_count_in_part_and_not_what_all_neurons_earned_there():
+    estimates = told_twice(esp(memory=0.5)).estimates
+    np.testing.assert_allclose(estimates.totals, np.tile(np.where(ELDERS, 1.5 * OVER_THE_MEAN, 0), (12, 1)))
+    np.testing.assert_array_equal(estimates.trials, np.tile(np.where(ELDERS, 30, 0), (12, 1)))
+
+
+@pytest.mark.parametrize("prior", [0.5, 3.0])
+def test_without_memory_a_prior_counts_the_last_trials_alone(prior: float):
+    estimates = told_twice(esp(prior_trials=prior)).estimates
+    np.testing.assert_allclose(estimates.totals, np.tile(OVER_THE_MEAN, (12, 1)))
+    np.testing.assert_array_equal(estimates.trials, 20)
+
+
+def test_without_memory_and_prior_nothing_is_remembered():
+    estimates = told_twice(esp()).estimates
+    assert not estimates.totals.any()
+    assert not estimates.trials.any()
+
+
+def test_what_is_remembered_is_part_of_the_state():
+    population, fresh = told_twice(esp(memory=0.5)), Subpopulations(esp(memory=0.5), CONTROLLER, labelled())
+    assert set(population.state()) == {"genomes", "totals", "trials"}
+    fresh.restore(population.state())
+    np.testing.assert_array_equal(fresh.estimates.totals, population.estimates.totals)
+    np.testing.assert_array_equal(fresh.estimates.trials, population.estimates.trials)
+    assert set(told_twice(esp()).state()) == {"genomes"}
+    Subpopulations(esp(), CONTROLLER, labelled()).restore({"genomes": labelled(5)})
+
+
+def test_parents_are_kept_where_that_is_asked_for():
+    population = Subpopulations(esp(hof_mates=2), CONTROLLER, labelled())
+    assert told_twice(esp()).parents is None
+    population.keeps_parents = True
+    population.ask(rng())
+    population.tell(rng(1).random((400, N_AGENTS)), NO_FAME, rng(2))
+    assert population.parents is not None
+    np.testing.assert_array_equal(population.parents.past, np.full((12, 2), -1))
 
 
 def test_genomes_in_any_layout_of_memory_are_bred():
