@@ -61,7 +61,7 @@ def test_every_choice_has_a_name_in_the_config():
         ("contested", wins(0.5, 0.2, 0.9, 0.5), np.array([0.25, 0.16, 0.09, 0.25]) / 0.75),
         ("contested", wins(0.0, 1.0, 0.5, 0.0), np.array([0.02, 0.02, 0.25, 0.02]) / 0.31),
         ("hard", wins(0.5, 0.2, 1.0, 0.0), np.array([0.25, 0.04, 1.0, 0.0001]) / 1.2901),
-        ("hard", wins(0.0, 0.0, 0.0, 0.0), [1 / 4, 1 / 4, 1 / 4, 1 / 4]),
+        ("hard", wins(0.0, 0.0, 0.0, 0.001), [1 / 4, 1 / 4, 1 / 4, 1 / 4]),  # all are met now and then
         ("contested", None, [1 / 4, 1 / 4, 1 / 4, 1 / 4]),  # of whom nothing is known
     ],
 )
