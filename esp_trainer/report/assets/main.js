@@ -88,5 +88,5 @@ theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 window.addEventListener("resize", draw);
 new Tour(byId("take-tour"), data.world ? STEPS : STEPS_OF_GAME, () => player?.seek(Math.floor(player.match.length / 2)));
-if (player && !linked && !calm()) player.play(true);
+if (player && !linked && !calm()) player.play(3);
 window.predprey = { data, player, charts, Game, Episode, Side, behavioursOf, csvOfChart, fma };

@@ -104,8 +104,8 @@ class Player {
     }
   }
 
-  // Play to the end, or again and again until something else is done.
-  play(again = false) {
+  // Play to the end, and then from the beginning, as often as is asked for.
+  play(rounds = 1) {
     this.live?.stop();
     if (this.time >= this.match.length) this.time = 0;
     this.playing = true;
@@ -120,7 +120,7 @@ class Player {
       last = now;
       this.draw();
       if (this.time < this.match.length) requestAnimationFrame(tick);
-      else if (again) setTimeout(() => { if (this.playing && this.turn === turn) this.play(true); }, PAUSE);
+      else if (rounds > 1) setTimeout(() => { if (this.playing && this.turn === turn) this.play(rounds - 1); }, PAUSE);
       else this.pause();
     };
     requestAnimationFrame(tick);

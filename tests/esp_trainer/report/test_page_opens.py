@@ -30,7 +30,7 @@ def test_on_opening_a_chase_moves_below_the_verdict_and_its_buttons_are_seen(
 
 
 @pytest.mark.slow
-def test_the_first_chase_plays_again_until_it_is_stopped(page_file: Path, open_page: OpenPage) -> None:
+def test_the_first_chase_plays_again_but_not_once_it_is_stopped(page_file: Path, open_page: OpenPage) -> None:
     tab = open_page(page_file, reduced_motion="no-preference")
     tab.until("predprey.player.time > 1")
     tab("() => { predprey.player.time = predprey.player.match.length; }")

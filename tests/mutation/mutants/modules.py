@@ -11,7 +11,7 @@ PLACE = ROOT / ".mutation"
 MODULES = {
     "predprey_env/rules/torus.py": "predprey_env/test_torus",
     "predprey_env/rules/dynamics.py": "predprey_env/test_dynamics predprey_env/test_parallel_env "
-    "predprey_env/test_parallel_env_turns predprey_env/test_invariants",
+    "predprey_env/test_parallel_env_turns predprey_env/test_invariants predprey_env/test_observation",
     "predprey_env/rules/fitness.py": "predprey_env/test_fitness predprey_env/test_parallel_env_rewards",
     "predprey_env/rules/observation.py": "predprey_env/test_observation predprey_env/test_parallel_env",
     "predprey_env/rules/starts.py": "predprey_env/test_dynamics predprey_env/test_parallel_env_randomness "
