@@ -13,7 +13,7 @@ Observations: TypeAlias = dict[str, Observation]
 State: TypeAlias = np.ndarray
 """All that a centralised critic sees: float32 ``(n_state,)``, with the worlds before that where there are many."""
 Actions: TypeAlias = np.ndarray
-"""Numbers of moves: int64 ``(rows,)``, a row for each agent, or with the worlds before that."""
+"""Numbers of moves, integers: ``(rows,)``, a row for each agent, or with the worlds before that."""
 Rewards: TypeAlias = np.ndarray
 """float64 ``(rows,)``, a row for each agent."""
 RowMask: TypeAlias = np.ndarray
@@ -23,11 +23,11 @@ WorldIndices: TypeAlias = np.ndarray
 WorldMask: TypeAlias = np.ndarray
 """A truth for each world: bool ``(n_worlds,)``."""
 Starts: TypeAlias = np.ndarray
-"""Cells where agents start, predators first: int64 ``(..., n_agents, 2)``, x and y."""
+"""Cells where agents start, predators first: int32 ``(..., n_agents, 2)``, x and y."""
 Seeds: TypeAlias = np.ndarray
 """A seed for each of some worlds: int64 ``(n,)``."""
 Members: TypeAlias = np.ndarray
-"""The place in a pool of the opponent of each of some worlds: int64 ``(n,)``."""
+"""The place in a pool of the opponent of each of some worlds, integers ``(n,)``."""
 ActionMask: TypeAlias = np.ndarray
 """1 where an action may be taken: int8 or bool ``(..., n_actions)``."""
 Picture: TypeAlias = np.ndarray
