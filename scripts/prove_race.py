@@ -27,7 +27,7 @@ from study import SMALL, SMALL_WORLD, StudyParser, evolve
 from esp_trainer.sweep.plan import PlannedRun, read_plan
 
 PLACE = Path(__file__).parent / "race"
-TASKS = ("3v1", "3v2")
+TASKS = ("3v1", "3v2", "steppe")
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from esp_trainer.config import EspConfig
 from esp_trainer.sweep.plan import read_plan
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
-TASKS = ["3v1", "3v2"]
+TASKS = ["3v1", "3v2", "steppe"]
 sys.path.insert(0, str(SCRIPTS))
 
 from race import endpoints, late  # noqa: E402
@@ -116,7 +116,9 @@ def test_runs_are_added_to_those_that_are_kept(tmp_path: Path) -> None:
 def test_conditions_are_what_the_protocol_says(task: str) -> None:
     plan = read_plan(SCRIPTS / "race" / f"conditions-{task}.toml")
     configs = {run.cell: run.config.replace(preset="custom", seed=0) for run in plan}
-    race, paper = (preset(f"{name}-{task}").replace(preset="custom", generations=1500) for name in ("race", "paper"))
+    names = (f"race-{task}", "paper-3v1" if task == "3v1" else "paper-3v2")
+    race, paper = (preset(name).replace(preset="custom", generations=1500) for name in names)
+    paper = paper.replace(env=paper.env.replace(size=race.env.size))
     assert (configs["race"], configs["paper"]) == (race, paper)
     assert {run.config.seed for run in plan if run.cell == "race"} == set(range(100, 120))
     both = configs["bias"].replace(esp=configs["pool"].esp)

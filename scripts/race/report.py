@@ -18,9 +18,11 @@ from race.text import HEAD, METHOD, TASK_TITLES
 Task = dict[str, Arrays]
 """The measurements of each condition."""
 
+_TWO_PREY = ("role switch", "blocker", "opposing attack", "herding", "simultaneous capture", "scattering")
 TRACKED = {
     "3v1": ("role switch", "blocker", "opposing attack", "encirclement", "baiting", "sidestepping"),
-    "3v2": ("role switch", "blocker", "opposing attack", "herding", "simultaneous capture", "scattering"),
+    "3v2": _TWO_PREY,
+    "steppe": _TWO_PREY,
 }
 FIRST = ("race", "race-monolithic", "paper", "bias-pool")
 """Conditions that figures show, in this order; tables show all, these first."""

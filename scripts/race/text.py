@@ -5,12 +5,16 @@ HEAD = """# Does the race go on?
 {answer}
 
 `python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
-[the protocol](race-protocol.md), written before the runs, changed once and extended twice, as it tells; what is
+[the protocol](race-protocol.md), written before the runs, changed once and extended three times, as it tells; what is
 planned there and missing here has not been run yet. Every figure is measured against opponents that stand still. The
 *panel* is 20 runs that nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the
 first zoo's held-out teams, which are older than the race, and the *scripts* are those of the environment."""
 
-TASK_TITLES = {"3v1": "Three predators, one prey", "3v2": "Three predators, two prey"}
+TASK_TITLES = {
+    "3v1": "Three predators, one prey",
+    "3v2": "Three predators, two prey",
+    "steppe": "Three predators, two prey, 40 x 40 cells",
+}
 
 METHOD = """## How to read the tables
 
