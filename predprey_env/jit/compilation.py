@@ -108,8 +108,16 @@ def named_tuples(kinds: Iterable[types.Type]) -> set[type]:
     return found
 
 
+def in_words(kind: types.Type) -> str:
+    """Return a name that no other type has, and that says its classes by their full names."""
+    if not isinstance(kind, types.BaseTuple):
+        return str(kind)
+    of = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else tuple
+    return f"{of.__module__}.{of.__qualname__}({', '.join(map(in_words, kind.types))})"
+
+
 _DAMAGED = (
-    *(ImportError, AttributeError),  # the index names a class (of an experiment, for example) that no longer exists
+    *(ImportError, AttributeError),  # a class that no longer exists is named, in an index of an earlier version too
     *(EOFError, caching.pickle.UnpicklingError),  # the machine lost power while the index was written
 )
 
@@ -140,7 +148,7 @@ class _FilesOfEachProcess(caching.IndexDataCacheFile):
         self._save_index(self._load_index() | {key: name})
 
     def _load_index(self) -> dict[object, str]:
-        """Return the file of each key. An index that is damaged, or names a class that no longer exists, is empty."""
+        """Return the file of each key. An index that is damaged is empty."""
         try:
             return super()._load_index()
         except _DAMAGED:
@@ -150,6 +158,9 @@ class _FilesOfEachProcess(caching.IndexDataCacheFile):
 class _DigestCache(caching.FunctionCache):
     """Numba's cache with the digest of all sources in the key. A cache that cannot be read or written does not stop the
     program.
+
+    Keys are words alone. Numba's hold types, and a process that lacks the class of one cannot read the index at all: it
+    would compile everything again and forget what the others know.
     """
 
     def __init__(self, function: Function) -> None:
@@ -183,7 +194,7 @@ class _DigestCache(caching.FunctionCache):
         digest = hashlib.sha256()
         for file in sorted(source_files(self._py_func, named_tuples(signature))):
             digest.update(_source(file))
-        return super()._index_key(signature, codegen), digest.hexdigest()
+        return super()._index_key(tuple(map(in_words, signature)), codegen), digest.hexdigest()
 
 
 class _NoCache(caching.NullCache):

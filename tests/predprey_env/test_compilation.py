@@ -249,13 +249,16 @@ def test_a_class_that_is_not_there_any_more_spoils_nothing_for_others(
         "@entry_point\ndef ask(player):\n    return player.value\n"
     )
     importlib.invalidate_caches()
+    assert _load(main).ask(importlib.import_module("kept_player").Kept(4)) == 4
     assert _load(main).ask(importlib.import_module("gone_player").Gone(3)) == 3
     (tmp_path / "gone_player.py").unlink()
     for compiled in tmp_path.glob("__pycache__/gone_player*"):
         compiled.unlink()
     monkeypatch.delitem(sys.modules, "gone_player")
     importlib.invalidate_caches()
-    assert _load(main).ask(importlib.import_module("kept_player").Kept(4)) == 4
+    ask = _load(main).ask
+    assert ask(importlib.import_module("kept_player").Kept(4)) == 4
+    assert sum(ask.stats.cache_hits.values()) == 1, "loaded, and not compiled again"
 
 
 def test_a_rule_that_is_in_no_file_is_compiled_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ from predprey_env.engine import team_rows
 from predprey_env.envs.turn import play_turn
 from predprey_env.envs.worlds import make_scratch, make_worlds, move_opponents
 from predprey_env.jit import compilation
-from predprey_env.jit.compilation import _DigestCache, named_tuples, source_files
+from predprey_env.jit.compilation import _DigestCache, in_words, named_tuples, source_files
 from predprey_env.policies.protocol import choose
 from predprey_env.policies.scripted import Script
 
@@ -317,6 +317,19 @@ def test_named_tuples_are_found_in_named_and_plain_tuples() -> None:
     assert found((Leaf(3), Leaf(4))) == {Leaf}  # of one
     assert found(Pair(Leaf(3), (Twig(np.zeros(2)), 1))) == {Pair, Leaf, Twig}
     assert found(Leaf(1), 2, Twig(3)) == {Leaf, Twig}
+
+
+def test_words_tell_classes_of_one_name_and_their_places_apart() -> None:
+    class Others:
+        class Leaf(NamedTuple):
+            value: Any
+
+    ours, theirs, number = Leaf(3), Others.Leaf(3), np.zeros(3)
+    told = [((ours, theirs),), ((theirs, ours),), ((ours, ours),), (ours, theirs), (ours,), (3,), (2.5,), (number,)]
+    words = [", ".join(in_words(typeof(value)) for value in values) for values in told]
+    assert len(set(words)) == len(told)
+    assert words[4] == f"{__name__}.Leaf(int64)"
+    assert words[3] == f"{__name__}.Leaf(int64), {Others.Leaf.__module__}.{Others.Leaf.__qualname__}(int64)"
 
 
 def test_the_file_of_a_class_counts_though_no_rule_of_it_is_called() -> None:
