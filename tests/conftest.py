@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
+# What tests start is of this checkout too, and shares its machine code.
+_CHECKOUT = str(Path(__file__).parents[1])
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [_CHECKOUT, os.environ.get("PYTHONPATH")]))
 # The tests run in a process for each core, where more threads of NumPy's linear algebra only wait for each other:
 # ratings of the zoo take ten times as long. NumPy asks when it is loaded, after this.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -17,10 +16,9 @@ LONGER = "ppo_one_team.py", "self_play.py", "mappo.py", "openspiel_game.py"
 FILES = sorted(file for file in EXAMPLES.iterdir() if file.suffix in (".py", ".toml"))
 
 
-def printed(name: str, place: Path, **environment: str) -> str:
+def printed(name: str, place: Path) -> str:
     command = [sys.executable, str(EXAMPLES / name), "--quick"]
-    found = os.environ | {"PYTHONPATH": str(ROOT)} | environment
-    done = subprocess.run(command, cwd=place, env=found, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -49,8 +47,7 @@ def test_a_policy_of_ones_own_is_measured_against_every_part_of_the_zoo(tmp_path
 
 @pytest.mark.slow
 def test_a_compiled_player_and_the_same_rule_in_python_play(tmp_path: Path) -> None:
-    # In a cache of its own, which other programs cannot read: it names a class of the example.
-    told = printed("compiled_player.py", tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    told = printed("compiled_player.py", tmp_path)
     compiled, python = (float(each.replace(",", "")) for each in re.findall(r": ([\d,]+) steps of the prey", told))
     assert min(compiled, python) > 0  # which is faster depends on who else is at work, so a benchmark says it
 
@@ -112,10 +109,7 @@ def test_the_sweep_is_declared_and_runs(tmp_path: Path) -> None:
     assert quick != declared
     (tmp_path / "sweep.toml").write_text(quick)
     command = [sys.executable, "-m", "esp_trainer", "sweep", "sweep.toml", "--quiet"]
-    found = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        command, cwd=tmp_path, env=found, capture_output=True, text=True, check=False, timeout=PATIENCE
-    )
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert len((tmp_path / "runs/sweep/runs.csv").read_text().splitlines()) == 1 + 4
     assert "past_share=0.5" in done.stdout

@@ -171,7 +171,8 @@ def test_the_page_is_made_of_the_measurements_that_are_kept(tmp_path: Path) -> N
 @pytest.mark.slow
 def test_the_whole_once_in_small(tmp_path: Path) -> None:
     """Three runs of each condition; a second call does nothing but the page, whatever became of the runs."""
-    command = [sys.executable, str(SCRIPTS / "prove_race.py"), "--quick", "--tasks", "3v1", "--only", "race", "paper"]
+    command = [sys.executable, str(SCRIPTS / "prove_race.py"), "--quick", "--tasks", "3v1", "--workers", "1"]
+    command += ["--only", "race", "paper"]
     where = ["--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]
     first = subprocess.run([*command, *where], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert first.returncode == 0, first.stderr

@@ -174,8 +174,10 @@ def test_every_scripted_team_meets_every_other() -> None:
 
 @pytest.mark.slow
 def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shipped = set(zoo.known_teams())
-    done = script("make_zoo.py", "--quick", "--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "zoo"))
+    """Of one task: the paper's worlds have teams of the first zoo too."""
+    shipped = {name for name, team in zoo.known_teams().items() if team.task == "3v1"}
+    where = ["--runs", str(tmp_path / "runs"), "--out", str(tmp_path / "zoo")]
+    done = script("make_zoo.py", "--quick", "--tasks", "3v1", "--workers", "1", *where)
     assert done.returncode == 0, done.stderr
     monkeypatch.setattr(zoo, "PLACE", tmp_path / "zoo")
     caches = (zoo.load_zoo, zoo._index)
@@ -184,7 +186,7 @@ def test_a_zoo_is_made_from_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             cache.cache_clear()
         teams = zoo.known_teams()
         assert set(teams) == shipped, "as many as are in the package, and by the same names"
-        for name in list(teams)[::12]:
+        for name in list(teams)[::6]:
             zoo.load_team(name).check_fits(teams[name].role, WORLDS[teams[name].task])
         assert zoo.load_zoo("3v1").n_episodes == 16
     finally:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 IN_A_ROW = 4
-"""Runs that count in each turn."""
+"""Runs that count in each turn, if turns are repeated."""
 
 
 class Seconds(NamedTuple):
@@ -47,13 +47,15 @@ def side_by_side(contenders: Mapping[str, Callable[[], object]], repetitions: in
 
     They take turns, so that a machine that slows down for a while slows all of them. In its turn each runs several
     times in a row, as generations follow each other, and all but the first count: that one finds caches full of what
-    the one before it left, and perhaps a sleeping core.
+    the one before it left, and perhaps a sleeping core. One repetition means that nobody wants to know: all run once.
     """
+    n_counted = IN_A_ROW if repetitions > 1 else 1
     taken: dict[str, list[Seconds]] = {name: [] for name in contenders}
     for _ in range(repetitions):
         for name, work in contenders.items():
-            work()
-            taken[name] += [measure(work) for _ in range(IN_A_ROW)]
+            if repetitions > 1:
+                work()
+            taken[name] += [measure(work) for _ in range(n_counted)]
     return {
         name: Seconds(statistics.median(s.cpu for s in seconds), statistics.median(s.wall for s in seconds))
         for name, seconds in taken.items()
