@@ -271,7 +271,7 @@ def programs(distribution: Path, tmp_path: Path) -> Path:
     """The programs of a new virtual environment, in which the wheel was installed without extras."""
     venv.create(tmp_path / "venv", with_pip=True)
     programs = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
-    command = [programs / "pip", "install", "--quiet", *distribution.glob("*.whl")]
+    command = [programs / "pip", "install", "--quiet", "--no-compile", *distribution.glob("*.whl")]
     clean = os.environ | {"PYTHONPATH": ""}  # pip installs nothing that it finds there
     _or_skip(subprocess.run(command, env=clean, capture_output=True, text=True, check=False))
     return programs
