@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
-from predprey_env.jit.compilation import Function
+from predprey_env.jit.sources import Function
 
 
 class Rows(dict[int, Any]):

@@ -24,7 +24,8 @@ from numba.core.registry import CPUDispatcher
 from predprey_env import EnvConfig
 from predprey_env.config import TEAMS
 from predprey_env.envs.turn import play_turn
-from predprey_env.jit import compilation
+from predprey_env.jit import cache, rule
+from predprey_env.jit.sources import source_files
 from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
 from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World
@@ -49,7 +50,7 @@ def cache_beside_the_source(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The other has read the empty index, and saves while ours is about to write its code."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    ours, theirs = (compilation._DigestCache(play_turn.py_func)._cache_file for _ in range(2))
+    ours, theirs = (cache.DigestCache(play_turn.py_func)._cache_file for _ in range(2))
     ours._save_index({})
     write, empty = ours._save_data, theirs._load_index()
 
@@ -68,7 +69,7 @@ def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, m
 def test_an_index_with_a_class_that_is_gone_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another program may have written it after ours looked for its machine code."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    files = compilation._DigestCache(play_turn.py_func)._cache_file
+    files = cache.DigestCache(play_turn.py_func)._cache_file
     files._save_index({})
     index = Path(files._index_path)
     gone = b"\x80\x04c" + b"no_such_module\nGone\n."  # a pickle that names a class
@@ -128,7 +129,7 @@ def test_a_rule_that_is_called_through_its_module_counts(tmp_path: Path, monkeyp
     importlib.invalidate_caches()
     main = _load(tmp_path / "module_entry.py").main
     assert main(10) == 11
-    assert str(tmp_path / "module_rule.py") in compilation.source_files(main.py_func)
+    assert str(tmp_path / "module_rule.py") in source_files(main.py_func)
 
 
 def test_an_unchanged_program_is_loaded_from_disk(program) -> None:
@@ -159,7 +160,7 @@ UNKEPT = "machine code is not kept, and compiled again each time: {}; set NUMBA_
 @pytest.fixture
 def warned(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[warnings.WarningMessage]]:
     """What a process that has not yet been warned is warned of."""
-    monkeypatch.setattr(compilation, "_warned", False)
+    monkeypatch.setattr(cache, "_warned", False)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield caught
@@ -288,7 +289,7 @@ def test_a_class_that_is_in_no_file_is_known_as_well(tmp_path: Path, monkeypatch
 
 
 def test_rules_and_entry_points_run_without_the_lock_of_python() -> None:
-    @compilation.rule
+    @rule
     def add(a: int) -> int:
         return a + 1
 

@@ -26,8 +26,9 @@ from predprey_env import EnvConfig
 from predprey_env.engine import team_rows
 from predprey_env.envs.turn import play_turn
 from predprey_env.envs.worlds import make_scratch, make_worlds, move_opponents
-from predprey_env.jit import compilation
-from predprey_env.jit.compilation import _DigestCache, in_words, named_tuples, source_files
+from predprey_env.jit import sources
+from predprey_env.jit.cache import DigestCache, in_words
+from predprey_env.jit.sources import named_tuples, source_files
 from predprey_env.policies.protocol import choose
 from predprey_env.policies.scripted import Script
 
@@ -59,11 +60,11 @@ def test_the_sources_of_a_step_are_all_files_that_state_a_rule() -> None:
 @pytest.mark.parametrize("name", sorted(SOURCES))
 def test_the_key_of_the_cache_changes_with_each_source(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     read = Path.read_bytes
-    key = _DigestCache(play_turn.py_func)._index_key(STEP, codegen())
-    assert _DigestCache(play_turn.py_func)._index_key(STEP, codegen()) == key
-    monkeypatch.setattr(compilation, "_DEFINED", {})
+    key = DigestCache(play_turn.py_func)._index_key(STEP, codegen())
+    assert DigestCache(play_turn.py_func)._index_key(STEP, codegen()) == key
+    monkeypatch.setattr(sources, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
-    assert _DigestCache(play_turn.py_func)._index_key(STEP, codegen()) != key
+    assert DigestCache(play_turn.py_func)._index_key(STEP, codegen()) != key
 
 
 # -- as Python reads files ------------------------------------------------------------------------------------------
@@ -174,7 +175,7 @@ def entry_points() -> Iterator[CPUDispatcher]:
 
 def is_kept(function: CPUDispatcher) -> bool:
     """Whether its machine code is kept on disk; a rule's is not, as it becomes part of others'."""
-    return isinstance(function._cache, _DigestCache)
+    return isinstance(function._cache, DigestCache)
 
 
 def compiled_into(function: Callable[..., Any], classes: set[type]) -> Iterator[Callable[..., Any]]:
@@ -275,16 +276,16 @@ def test_the_key_changes_with_the_rule_of_the_player_and_not_with_anothers(
     monkeypatch: pytest.MonkeyPatch, player: str, name: str
 ) -> None:
     known, own = RULES[player]
-    keys, read = _DigestCache(move_opponents.py_func), Path.read_bytes
+    keys, read = DigestCache(move_opponents.py_func), Path.read_bytes
     key = keys._index_key(signature(known), codegen())
-    monkeypatch.setattr(compilation, "_DEFINED", {})
+    monkeypatch.setattr(sources, "_DEFINED", {})
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"# edited" if path.name == name else b""))
     edited = keys._index_key(signature(known), codegen())
     assert (edited != key) == (name in own or name in ("engine.py", "observation.py"))
 
 
 def test_players_of_different_classes_have_different_keys() -> None:
-    found = _DigestCache(move_opponents.py_func)
+    found = DigestCache(move_opponents.py_func)
     keys = [found._index_key(signature(player), codegen()) for player, _ in RULES.values()]
     assert len({str(key) for key in keys}) == 2
     assert len({digest for _, digest in keys}) == 2

@@ -1,0 +1,122 @@
+"""Machine code on disk, under a digest of every source file that it is compiled from.
+
+Numba's own cache checks only the file of the outermost function. Here that function inlines rules from other files, and
+an edited rule must never run with machine code compiled before the edit.
+"""
+
+from __future__ import annotations
+
+import secrets
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import types
+from numba.core import caching
+
+from predprey_env.jit.sources import Function, digest, file_of
+
+
+def in_words(kind: types.Type) -> str:
+    """Return a name that no other type has, and that says its classes by their full names."""
+    if not isinstance(kind, types.BaseTuple):
+        return str(kind)
+    of = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else tuple
+    return f"{of.__module__}.{of.__qualname__}({', '.join(map(in_words, kind.types))})"
+
+
+_DAMAGED = (
+    *(ImportError, AttributeError),  # a class that no longer exists is named, in an index of an earlier version too
+    *(EOFError, caching.pickle.UnpicklingError),  # the machine lost power while the index was written
+)
+
+_warned = False
+
+
+def _warn(why: str) -> None:
+    """Warn, once in a process, that machine code is not cached."""
+    global _warned
+    if not _warned:
+        line = f"machine code is not kept, and compiled again each time: {why}"
+        line += "; set NUMBA_CACHE_DIR to a writable directory"
+        warnings.warn_explicit(line, RuntimeWarning, "predprey_env", 0)  # printed in one line, without a line of source
+        _warned = True
+
+
+class _FilesOfEachProcess(caching.IndexDataCacheFile):
+    """Files of machine code whose names no other process takes.
+
+    Numba numbers them in the order in which they are saved. Two processes that save at once can take the same number,
+    and the index then names the machine code of one signature as that of another.
+    """
+
+    def save(self, key: object, data: object) -> None:
+        """Save machine code under a key: first the code, then the index that names its file."""
+        name = self._load_index().get(key) or self._data_name(secrets.randbits(48))
+        self._save_data(name, data)
+        self._save_index(self._load_index() | {key: name})
+
+    def _load_index(self) -> dict[object, str]:
+        """Return the file of each key. An index that is damaged is empty."""
+        try:
+            return super()._load_index()
+        except _DAMAGED:
+            return {}
+
+
+class DigestCache(caching.FunctionCache):
+    """Numba's cache with the digest of all sources in the key. A cache that cannot be read or written does not stop the
+    program.
+
+    Keys are words alone. Numba's hold types, and a process that lacks the class of one cannot read the index at all: it
+    would compile everything again and forget what the others know.
+    """
+
+    def __init__(self, function: Function) -> None:
+        super().__init__(function)
+        locator, base = self._impl.locator, self._impl.filename_base
+        self._cache_file = _FilesOfEachProcess(self._cache_path, base, locator.get_source_stamp())
+
+    def load_overload(self, sig: object, target_context: object) -> object:
+        """Return the machine code for a signature, or None."""
+        with self._as_far_as_possible():
+            try:
+                return super().load_overload(sig, target_context)
+            except _DAMAGED:
+                self.flush()
+        return None
+
+    def save_overload(self, sig: object, data: object) -> None:
+        """Write machine code to the cache, if there is room."""
+        with self._as_far_as_possible():
+            super().save_overload(sig, data)
+
+    @contextmanager
+    def _as_far_as_possible(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            self.disable()
+            _warn(f"{self.cache_path}: {error.strerror or error}")
+
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        words = tuple(map(in_words, signature))
+        return super()._index_key(words, codegen), digest(self._py_func, signature)
+
+
+class NoCache(caching.NullCache):
+    """A cache that stores nothing."""
+
+    def __init__(self, function: Function) -> None:
+        self._file = file_of(function)
+
+    def load_overload(self, _sig: object, _target_context: object) -> None:
+        """Return None, and warn that the code is compiled at every start although a writable directory would prevent
+        it.
+        """
+        if Path(self._file).is_file():  # a function in a notebook's cell, for example, cannot be cached at all
+            given = numba.config.CACHE_DIR
+            _warn(f"{given} cannot be written to" if given else "there is no place for it")
