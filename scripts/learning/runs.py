@@ -190,7 +190,7 @@ PLAN: dict[str, tuple[Callable[[Path, dict[str, Any]], None], dict[str, Any]]] =
 
 def small() -> dict[str, tuple[Callable[[Path, dict[str, Any]], None], dict[str, Any]]]:
     """Return one or two runs of each kind that take seconds and mean nothing."""
-    less = {learn: {"steps": 3000, "n_worlds": 4}, play: {}, evolve: {"generations": 2, "esp.n_trials": 100}}
+    less = {learn: {"steps": 1, "n_worlds": 4}, play: {}, evolve: {"generations": 2, "esp.n_trials": 100}}
     beginnings = (
         "pond, ",
         "option, offsets alone",
