@@ -168,6 +168,28 @@ def test_the_page_is_made_of_the_measurements_that_are_kept(tmp_path: Path) -> N
     assert (tmp_path / "race.md").read_text() == (docs / "race.md").read_text()
 
 
+def test_a_page_of_one_condition_has_no_empty_table_and_says_that_runs_are_few(tmp_path: Path) -> None:
+    """Two runs of twelve generations, in which both sides gain 0.1 in each half against the only team of the panel."""
+    rising = np.repeat(np.linspace(0.1, 0.3, 12), 2).reshape(12, 2)[None].repeat(2, axis=0)
+    arrays = {
+        f"{panel}.{role}": c
+        for role, c in (("predators", rising), ("prey", 1 - rising))
+        for panel in ("panel", "scripts")
+    }
+    arrays = {name: np.repeat(values, 3, axis=2) for name, values in arrays.items()}
+    for role in ("predators", "prey"):
+        arrays |= {f"scale.{role}": np.ones((2, 12)), f"response.{role}": np.zeros((2, 3, 2))}
+    arrays |= {"config": np.array(["a", "b"]), "generations": np.arange(12)[None].repeat(2, axis=0)}
+    arrays |= {"response.generations": np.arange(3)[None].repeat(2, axis=0)}
+    (tmp_path / "race/data/steppe").mkdir(parents=True)
+    np.savez(tmp_path / "race/data/steppe/race.npz", **arrays)
+    write(tmp_path / "race/data", tmp_path)
+    page = (tmp_path / "race.md").read_text()
+    assert "both sides still improve in the second half, **holds** for these seeds. Its intervals" in page
+    assert "the predators improve for the whole run; the prey improve for the whole run (2 seeds)." in page
+    assert "less each other condition" not in page
+
+
 @pytest.mark.slow
 def test_the_whole_once_in_small(tmp_path: Path) -> None:
     """Three runs of each condition; a second call does nothing but the page, whatever became of the runs."""

@@ -10,7 +10,7 @@ import numpy as np
 from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
-from race import endpoints, late
+from race import endpoints, late, tables
 from race.figures import draw
 from race.measure import Arrays
 from race.text import HEAD, METHOD, TASK_TITLES
@@ -24,6 +24,8 @@ TRACKED = {
     "3v2": _TWO_PREY,
     "steppe": _TWO_PREY,
 }
+ENOUGH = 10
+"""Runs from which an interval drawn from runs is taken at its word."""
 FIRST = ("race", "race-monolithic", "paper", "bias-pool")
 """Conditions that figures show, in this order; tables show all, these first."""
 
@@ -35,7 +37,7 @@ def write(kept: Path, out: Path) -> None:
     if not tasks:
         raise SystemExit(f"there is nothing to report on in {kept}")
     runs = sum(len(a["config"]) for found in tasks.values() for a in found.values())
-    parts = [HEAD.format(runs=runs, answer=_in_short(tasks.get("3v1", {})))]
+    parts = [HEAD.format(runs=runs, answer=_in_short(tasks))]
     for task, found in tasks.items():
         draw(task, {name: found[name] for name in FIRST if name in found} or found, kept.parent)
         parts += [_of_task(task, found, late.tell(late.file(kept, task)))]
@@ -53,8 +55,19 @@ def _load(place: Path) -> Task:
     return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
 
 
-def _in_short(found: Task) -> str:
-    """Return the answer of the page: what became of three predators and one prey in the recommended setting."""
+def _in_short(tasks: dict[str, Task]) -> str:
+    """Return the answer of the page: what became of one prey, and of two on `steppe`, in the recommended setting."""
+    answers = [_one_prey(tasks.get("3v1", {}))]
+    if race := tasks.get("steppe", {}).get("race"):
+        answers.append(
+            f"**With two prey on 40 x 40 cells** (`steppe`) the predators {_course(race, 'predators')}; the prey "
+            f"{_course(race, 'prey')} ({len(race['config'])} seeds)."
+        )
+    return "\n\n".join(answers)
+
+
+def _one_prey(found: Task) -> str:
+    """Return what became of three predators and one prey in the recommended setting."""
     if not {"race", "paper"} <= found.keys():
         return "Nothing is measured yet that the recommended setting can be compared with."
     race, paper = found["race"], found["paper"]
@@ -90,11 +103,11 @@ def _of_task(task: str, found: Task, against_late: str | None) -> str:
             *([_growing(found["growing-steps"])] if "growing-steps" in found else []),
             f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
-            _table(found, _LEVELS),
+            tables.by_condition(found, tables.LEVELS),
             "Gains against the panel: the last sixth of the generations less the first.",
-            _table(found, _GAINS),
+            tables.by_condition(found, tables.GAINS),
             *([against_late] if against_late else []),
-            *([_contrasts(found)] if "race" in found else []),
+            *([_contrasts(found)] if "race" in found and len(found) > 1 else []),
             _lesser(found),
             *(
                 [
@@ -105,9 +118,9 @@ def _of_task(task: str, found: Task, against_late: str | None) -> str:
             ),
             f"![What fresh teams reach against frozen champions, by their generation](race/exploited-{task}.png)",
             "What fresh evolution reaches against the champions of the first, the middle and the last third.",
-            _table(found, _EXPLOITED),
+            tables.by_condition(found, tables.EXPLOITED),
             "Behaviours, rate beyond chance, mean over the generations.",
-            _table(found, {name: _behaviour(name) for name in TRACKED[task]}),
+            tables.by_condition(found, {name: tables.behaviour(name) for name in TRACKED[task]}),
         ]
     )
 
@@ -129,8 +142,17 @@ def _answer(arrays: Arrays) -> str:
     return (
         f"`race`, {len(arrays['config'])} seeds. {' '.join(sides)} In the end {escape} of the prey escape the panel's "
         f"predators, and the predators catch {catch} of the panel's prey.\n\nBy the protocol the first hypothesis, "
-        f"that both sides still improve in the second half, **{verdict}** for these seeds."
+        f"that both sides still improve in the second half, **{verdict}** for these seeds.{_few(len(arrays['config']))}"
     )
+
+
+def _few(n_seeds: int) -> str:
+    """Return a warning where a condition has so few seeds that its intervals are too narrow."""
+    told = (
+        " Its intervals are drawn from few runs, which makes them too narrow: take this as a first look, until the "
+        "20 seeds of the protocol are there."
+    )
+    return told * (n_seeds < ENOUGH)
 
 
 def _splitting(found: Task) -> str:
@@ -219,58 +241,6 @@ _EXPLOITERS = (
 
 def _has_exploiters(found: Task) -> bool:
     return any("exploited.prey" in arrays for arrays in found.values())
-
-
-Column = Callable[[Arrays], str]
-
-
-def _level(role: Role, panel: str) -> Column:
-    return lambda arrays: summary(endpoints.level(arrays, role, panel)) if f"{panel}.{role}" in arrays else "-"
-
-
-def _gain(role: Role, *, half: bool) -> Column:
-    return lambda arrays: str(endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)))
-
-
-def _genes(role: Role) -> Column:
-    def column(arrays: Arrays) -> str:
-        scale = arrays[f"scale.{role}"].astype(float).mean(axis=0)
-        return f"{scale[0]:.1f} -> {scale[-1]:.1f}"
-
-    return column
-
-
-def _exploited(role: Role) -> Column:
-    def column(arrays: Arrays) -> str:
-        by_third = endpoints.exploited(arrays, role)
-        return " -> ".join(f"{value:.2f}" for value in by_third.mean(axis=0))
-
-    return column
-
-
-def _behaviour(name: str) -> Column:
-    return lambda arrays: summary(endpoints.behaviour(arrays, name)) if f"behaviour.{name}" in arrays else "-"
-
-
-_LEVELS = {
-    "seeds": lambda arrays: str(len(arrays["config"])),
-    "predators, panel": _level("predators", "panel"),
-    "prey, panel": _level("prey", "panel"),
-    "predators, zoo": _level("predators", "held_out"),
-    "prey, zoo": _level("prey", "held_out"),
-    "predators, scripts": _level("predators", "scripts"),
-    "prey, scripts": _level("prey", "scripts"),
-}
-_GAINS = {f"{role}{', 2nd half' * half}": _gain(role, half=half) for half in (False, True) for role in ROLES}
-_GAINS |= {f"genes, {role}": _genes(role) for role in ROLES}
-_EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
-
-
-def _table(found: Task, columns: dict[str, Column]) -> str:
-    lines = ["| condition | " + " | ".join(columns) + " |", "| --- |" + " --- |" * len(columns)]
-    for name, arrays in found.items():
-        lines.append(f"| `{name}` | " + " | ".join(column(arrays) for column in columns.values()) + " |")
-    return "\n".join(lines)
 
 
 def _lesser(found: Task) -> str:
