@@ -9,12 +9,12 @@ import os
 import shutil
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from tempfile import gettempdir
 from typing import TYPE_CHECKING
 
 import pytest
+from alone import alone
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -30,27 +30,21 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@contextmanager
-def _only_cluster() -> Iterator[None]:
-    """Wait until no other test on this machine has a cluster: they look for all of Ray's processes."""
-    import fcntl  # which Windows lacks, and Ray's clusters of several nodes too
-
-    with (Path(gettempdir()) / "predprey-esp-cluster.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
+# Tests with a cluster look for all of Ray's processes on this machine.
+_CLUSTER = Path(gettempdir()) / "predprey-esp-cluster.lock"
 
 
 @pytest.fixture
 def only_cluster() -> Iterator[None]:
     """No other cluster of the tests during a test."""
-    with _only_cluster():
+    with alone(_CLUSTER):
         yield
 
 
 @pytest.fixture(scope="module")
 def only_cluster_of_module() -> Iterator[None]:
     """No other cluster of the tests during those of a module."""
-    with _only_cluster():
+    with alone(_CLUSTER):
         yield
 
 

@@ -169,7 +169,7 @@ def test_the_page_is_made_of_the_measurements_that_are_kept(tmp_path: Path) -> N
 
 
 def test_a_page_of_one_condition_has_no_empty_table_and_says_that_runs_are_few(tmp_path: Path) -> None:
-    """Two runs of twelve generations, in which both sides gain 0.1 in each half against the only team of the panel."""
+    """Two runs of twelve generations, in which both sides gain in each half against the only run of the panel."""
     rising = np.repeat(np.linspace(0.1, 0.3, 12), 2).reshape(12, 2)[None].repeat(2, axis=0)
     arrays = {
         f"{panel}.{role}": c
@@ -185,7 +185,7 @@ def test_a_page_of_one_condition_has_no_empty_table_and_says_that_runs_are_few(t
     np.savez(tmp_path / "race/data/steppe/race.npz", **arrays)
     write(tmp_path / "race/data", tmp_path)
     page = (tmp_path / "race.md").read_text()
-    assert "both sides still improve in the second half, **holds** for these seeds. Its intervals" in page
+    assert "both sides still improve in the second half, **holds** for these seeds. Intervals from so few" in page
     assert "the predators improve for the whole run; the prey improve for the whole run (2 seeds)." in page
     assert "less each other condition" not in page
 

@@ -35,7 +35,6 @@ def times(place: Path) -> dict[str, int]:
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
     def make(place: Path) -> None:
-        place.mkdir()
         done = reproduce(place)
         assert done.returncode == 0, done.stderr
         assert done.stdout.endswith(f"reproduction.md: {len(SETTINGS) - 2} of {len(SETTINGS) - 2} settings\n")

@@ -44,7 +44,7 @@ def build(place: Path, *, config: Path = ROOT / "mkdocs.yml") -> subprocess.Comp
         "--site-dir",
         str(place),
     ]
-    found = os.environ | {"PYTHONPATH": str(ROOT), "NO_MKDOCS_2_WARNING": "1"}
+    found = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     return subprocess.run(command, cwd=config.parent, env=found, capture_output=True, text=True, check=False)
 
 

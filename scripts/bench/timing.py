@@ -49,13 +49,11 @@ def side_by_side(contenders: Mapping[str, Callable[[], object]], repetitions: in
     times in a row, as generations follow each other, and all but the first count: that one finds caches full of what
     the one before it left, and perhaps a sleeping core. One repetition means that nobody wants to know: all run once.
     """
-    n_counted = IN_A_ROW if repetitions > 1 else 1
     taken: dict[str, list[Seconds]] = {name: [] for name in contenders}
     for _ in range(repetitions):
         for name, work in contenders.items():
-            if repetitions > 1:
-                work()
-            taken[name] += [measure(work) for _ in range(n_counted)]
+            first, *others = [measure(work) for _ in range(1 + IN_A_ROW if repetitions > 1 else 1)]
+            taken[name] += others or [first]
     return {
         name: Seconds(statistics.median(s.cpu for s in seconds), statistics.median(s.wall for s in seconds))
         for name, seconds in taken.items()

@@ -123,5 +123,5 @@ def _verdict(found: Arrays) -> str:
 _TEXT = """\
 Is the panel too weak to tell late predators apart? Its teams are of the paper's setting, half of them with bias genes
 and past champions. So the champions of each run also meet late ones, of the last sixth, of the other runs of its
-condition: a second panel, as strong as the race has made it, thought of after the runs. The course is from the first
-sixth of a run over its middle to the last sixth."""
+condition: a second panel, as strong as the race has made it, with one prey thought of after the runs. The course is
+from the first sixth of a run over its middle to the last sixth."""

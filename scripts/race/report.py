@@ -90,8 +90,11 @@ def _course(arrays: Arrays, role: Role) -> str:
     whole, late = (endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)) for half in (False, True))
     if late.low > 0:
         return "improve for the whole run" if whole.low > 0 else "improve in its second half only"
-    then = "fall back in the second half" if late.high < 0 else "hold their level in the second half"
-    return f"improve and then {then}" if whole.low > 0 else then
+    if late.high < 0:
+        return "improve and then fall back in the second half" if whole.low > 0 else "fall back in the second half"
+    if whole.low > 0:
+        return "improve, but not measurably in the second half"
+    return "do not measurably improve in the second half"
 
 
 def _of_task(task: str, found: Task, against_late: str | None) -> str:
@@ -149,8 +152,8 @@ def _answer(arrays: Arrays) -> str:
 def _few(n_seeds: int) -> str:
     """Return a warning where a condition has so few seeds that its intervals are too narrow."""
     told = (
-        " Its intervals are drawn from few runs, which makes them too narrow: take this as a first look, until the "
-        "20 seeds of the protocol are there."
+        " Intervals from so few runs are too narrow: take this as a first look, until the protocol's 20 seeds are "
+        "there."
     )
     return told * (n_seeds < ENOUGH)
 
