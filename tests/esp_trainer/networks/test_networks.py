@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pytest
@@ -91,11 +91,15 @@ def test_every_network_of_every_agent_remembers_its_own() -> None:
     assert [each["prey_1"] for each in together] == alone[1]
 
 
-def test_an_elman_network_without_recurrent_weights_is_the_papers() -> None:
-    elman = team(SideConfig(network="elman", n_hidden=4), n_opponents=2)
-    plain = team(SideConfig(n_hidden=4), n_opponents=2)
+@pytest.mark.parametrize("choice", ["most_votes", "drawn"])
+def test_an_elman_network_without_recurrent_weights_is_the_papers(choice: Literal["most_votes", "drawn"]) -> None:
+    """Where actions are drawn, the random state stays apart from what the network remembers."""
+    elman = team(SideConfig(network="elman", n_hidden=4, choice=choice), n_opponents=2)
+    plain = team(SideConfig(n_hidden=4, choice=choice), n_opponents=2)
     elman.genomes[..., :2], elman.genomes[..., 2:6] = plain.genomes[..., :2], 0
     elman.genomes[..., 6:] = plain.genomes[..., 2:]
+    elman.reset(1)
+    plain.reset(1)
     for view in np.random.default_rng(3).integers(-9, 10, (50, 4)).astype(np.float32):
         assert elman.act({"prey_0": view}) == plain.act({"prey_0": view})
 

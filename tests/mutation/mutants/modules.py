@@ -21,9 +21,10 @@ MODULES = {
     "esp_trainer/esp/subpopulations.py": "esp_trainer/esp/test_subpopulations "
     "esp_trainer/esp/test_subpopulations_of_several_kinds",
     "esp_trainer/esp/network.py": "esp_trainer/esp/test_network esp_trainer/esp/test_teams_of_every_controller "
-    "esp_trainer/esp/test_controllers_of_several_networks",
+    "esp_trainer/esp/test_controllers_of_several_networks esp_trainer/networks/test_networks",
     "esp_trainer/networks/activations.py": "esp_trainer/esp/test_network esp_trainer/networks/test_networks",
-    "esp_trainer/networks/feedforward.py": "esp_trainer/esp/test_network esp_trainer/networks/test_networks",
+    "esp_trainer/networks/feedforward.py": "esp_trainer/esp/test_network esp_trainer/networks/test_networks "
+    "esp_trainer/esp/test_controllers_of_several_networks",
     "esp_trainer/coevolution/champions.py": "esp_trainer/coevolution/test_champions "
     "esp_trainer/coevolution/test_fixed_sides",
     "esp_trainer/coevolution/sharing.py": "esp_trainer/coevolution/test_sharing",
