@@ -38,11 +38,13 @@ SMALL = [
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A directory with the run that the README speaks of, made small."""
+    """A directory with the run that the README speaks of, made small: its last champions are called as there."""
     place = tmp_path_factory.mktemp("readme")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
-        assert main(["train", "race-3v1", "--generations", "400", "--quiet", *SMALL]) == 0
+        assert main(["train", "race-3v1", "--generations", "40", "--quiet", *SMALL]) == 0
+    for team in place.glob("runs/*/champions/*-00039.safetensors"):
+        team.rename(team.with_name(team.name.replace("00039", "00399")))
     return place
 
 

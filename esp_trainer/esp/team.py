@@ -169,7 +169,8 @@ class Team:
             np.empty(max(self.controller.fan_in) + 1, np.float32),
             np.empty(self.controller.n_votes, np.float32),
         )
-        return Networks(self.controller, np.ascontiguousarray(self.genomes, np.float32).ravel(), inputs, votes)
+        genes = np.array(self.genomes, np.float32).ravel()  # a copy, as code is compiled anew for a read-only array
+        return Networks(self.controller, genes, inputs, votes)
 
     def _check(self, agent: str, row: int, length: int) -> None:
         least = self.controller.n_seen

@@ -29,7 +29,8 @@ pytestmark = pytest.mark.usefixtures("only_cluster")
 PAPER = preset("paper-3v2")
 
 
-@pytest.mark.parametrize("n_workers", [2, pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("n_workers", [2, 7])
 def test_a_run_has_the_bytes_of_one_machine_with_one_worker(
     n_workers: int, config: RunConfig, workers: Any, tmp_path: Path, snapshot: Any
 ) -> None:

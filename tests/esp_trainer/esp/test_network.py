@@ -322,8 +322,8 @@ def test_far_below_the_exponential_stays_normal():
 
 def test_actions_are_drawn_in_proportion_to_e_to_the_power_of_the_votes():
     votes, memory = [log(4), log(1), log(3), log(2)], np.array([12345], np.int32)
-    counts = np.bincount([int(drawn(votes, memory)) for _ in range(20_000)], minlength=4)
-    np.testing.assert_allclose(counts / 20_000, [0.4, 0.1, 0.3, 0.2], atol=0.015)
+    counts = np.bincount([int(drawn(votes, memory)) for _ in range(5_000)], minlength=4)
+    np.testing.assert_allclose(counts / 5_000, [0.4, 0.1, 0.3, 0.2], atol=0.02)
 
 
 def test_votes_count_by_their_differences_alone():
