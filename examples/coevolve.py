@@ -1,6 +1,6 @@
 """Coevolve predators and prey for 100 generations, and see by cross-play whether later champions are better.
 
-Run: `python examples/coevolve.py`. It takes 10 CPU-seconds, and 50 more the first time, to compile. It prints
+Run: `python examples/coevolve.py`. It takes 8 CPU-seconds, and 14 more the first time, to compile. It prints
 
     caught in its own generation: 0.39, 0.49, 0.52, 0.51, 0.22
     predators of | caught from the prey of generation     0    20    40    59    79    99

@@ -1,6 +1,6 @@
 """Breed the predators by an algorithm of your own: keep the best team, and try random changes of it.
 
-Run: `python examples/own_algorithm.py`. It takes 3 CPU-seconds, and 50 more the first time, to compile. It prints
+Run: `python examples/own_algorithm.py`. It takes 3 CPU-seconds, and 14 more the first time, to compile. It prints
 
     own: the champions catch 0.04 of the prey at first, 0.61 in the end
     esp: the champions catch 0.24 of the prey at first, 0.92 in the end

@@ -1,6 +1,6 @@
 """Write a policy, play it against an evolved team, and benchmark it against every team of the zoo and every script.
 
-Run: `python examples/own_policy.py`. It takes 15 CPU-seconds, and more the first time, to compile. It prints
+Run: `python examples/own_policy.py`. It takes 12 CPU-seconds, and 13 more the first time, to compile. It prints
 
     against modern-3v1/prey/seed-500-late: 0.11 of the prey caught, 137 steps an episode
     held out      : 0.06 of the prey of 9 teams caught

@@ -1,6 +1,6 @@
 """Breed the predators by tournaments instead of ESP's truncation, and compare both against the same fixed prey.
 
-Run: `python examples/own_selection.py`. It takes 4 CPU-seconds, and 50 more the first time, to compile. It prints
+Run: `python examples/own_selection.py`. It takes 4 CPU-seconds, and 14 more the first time, to compile. It prints
 
     esp                : the champions catch 0.09 of the prey at first, 0.60 in the last ones
     __main__:Tournament: the champions catch 0.09 of the prey at first, 0.54 in the last ones

@@ -1,6 +1,6 @@
 """Play a team of the zoo against another: one episode step by step, then a thousand in compiled code.
 
-Run: `python examples/play_zoo_team.py`. It takes 2 CPU-seconds, and 50 more the first time, to compile. It prints
+Run: `python examples/play_zoo_team.py`. It takes 1 CPU-second, and 19 more the first time, to compile. It prints
 
     one episode: the prey is caught after 147 steps; the predators' fitness is 25.0
     1000 episodes: 0.825 [0.800, 0.847] of the prey caught, 97 steps an episode

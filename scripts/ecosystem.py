@@ -45,8 +45,9 @@ def make(tool: str) -> bool:
         return True
     print(f"making {made_from.parent.relative_to(ROOT)} ...", file=sys.stderr, flush=True)
     venv.create(PLACE / tool, with_pip=True, clear=True)
-    # In one command, so that pip finds versions that suit the project and the tool.
-    if run(tool, "-m", "pip", "install", "--quiet", "--editable", f"{ROOT}[test]", "--requirement", TOOLS[tool]):
+    # In one command, so that pip finds versions that suit the project and the tool. What is imported compiles itself.
+    install = ("pip", "install", "--quiet", "--no-compile", "--editable", f"{ROOT}[test]", "--requirement", TOOLS[tool])
+    if run(tool, "-m", *install):
         return False
     made_from.write_text(wanted)
     return True
