@@ -1,4 +1,4 @@
-"""What coevolution asks of the algorithm that breeds a side."""
+"""The protocol of algorithms that breed a side in coevolution."""
 
 from __future__ import annotations
 

@@ -7,21 +7,21 @@ from typing import TypeAlias
 import numpy as np
 
 Observation: TypeAlias = np.ndarray
-"""What an agent sees: float32 ``(n_seen,)``; in many worlds with a row for each agent, or world, before that."""
+"""An agent's observation: float32 ``(n_seen,)``; in many worlds with a row for each agent, or world, before that."""
 Observations: TypeAlias = dict[str, Observation]
 """The observation of each agent, by name."""
 State: TypeAlias = np.ndarray
-"""All that a centralised critic sees: float32 ``(n_state,)``, with the worlds before that where there are many."""
+"""Global state for a centralised critic: float32 ``(n_state,)``, with the worlds before that where there are many."""
 Actions: TypeAlias = np.ndarray
 """Numbers of moves, integers: ``(rows,)``, a row for each agent, or with the worlds before that."""
 Rewards: TypeAlias = np.ndarray
 """float64 ``(rows,)``, a row for each agent."""
 RowMask: TypeAlias = np.ndarray
-"""A truth for each agent: bool ``(rows,)``."""
+"""A flag for each agent: bool ``(rows,)``."""
 WorldIndices: TypeAlias = np.ndarray
-"""Which of many worlds: int64 ``(n,)``."""
+"""Indices of worlds: int64 ``(n,)``."""
 WorldMask: TypeAlias = np.ndarray
-"""A truth for each world: bool ``(n_worlds,)``."""
+"""A flag for each world: bool ``(n_worlds,)``."""
 Starts: TypeAlias = np.ndarray
 """Cells where agents start, predators first: int32 ``(..., n_agents, 2)``, x and y."""
 Seeds: TypeAlias = np.ndarray

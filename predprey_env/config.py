@@ -56,8 +56,8 @@ class Rules(NamedTuple):
     individual_credit: bool
     complementary: bool
     sight: Any
-    """What agents observe that are played from outside, a :class:`~predprey_env.sight.AnySight`; a compiled player has
-    a sight of its own."""
+    """Observation of agents that are played from outside, an :class:`~predprey_env.sight.AnySight`; a compiled player
+    has its own."""
 
 
 class EnvParameters(TypedDict, total=False):
@@ -132,7 +132,7 @@ class EnvConfig(Settings):
     """Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now."""
 
     observation: str = "offsets"
-    """What agents observe: `offsets`, as in the paper, with the options `see_*`; or an observation of your own, as
+    """Observation of the agents: `offsets`, as in the paper, with the options `see_*`; or one of your own, as
     `module:Class`."""
 
     see_teammates: bool = False

@@ -1,4 +1,4 @@
-"""What agents observe: the offsets of the paper with their options, or an observation of your own."""
+"""Observations: the offsets of the paper with their options, or an observation of your own."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class AnySight(Protocol):
 
 
 class Sight(NamedTuple):
-    """What the agents of a team observe, in the form that compiled code reads; by default what the paper's observe.
+    """Observation of a team's agents, in the form that compiled code reads; by default the paper's.
 
     The fields are those of :class:`~predprey_env.EnvConfig` that begin with ``see_``.
     """

@@ -15,7 +15,7 @@ class Task(NamedTuple):
 
     world: EnvConfig
     about: str
-    """What the task is for, in one line."""
+    """The purpose of the task, in one line."""
 
 
 def _world(**parameters: Any) -> EnvConfig:

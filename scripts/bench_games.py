@@ -1,4 +1,4 @@
-"""How fast another game is played: MPE's simple_tag by every evaluator, in one run, as one Markdown table.
+"""Benchmark another game: MPE's simple_tag by every evaluator, in one run, as one Markdown table.
 
     pip install mpe2
     python scripts/bench_games.py > docs/games.md

@@ -1,4 +1,4 @@
-"""How fast it is beside environments that others wrote: side by side, in one run, as one Markdown table.
+"""Benchmark the environments and those of others side by side, in one run, as one Markdown table.
 
     pip install supersuit "pettingzoo[sisl]" mpe2 jaxmarl agilerl
     python scripts/bench_peers.py > docs/peers.md

@@ -1,4 +1,4 @@
-"""How long ``esp-trainer report`` takes, how large its page is, and how soon a browser shows it: ``docs/report.md``.
+"""Benchmark ``esp-trainer report``: its time, the size of its page, and when a browser shows it: ``docs/report.md``.
 
     python scripts/bench_report.py RUN [RUN ...]
     python scripts/bench_report.py RUN --pictures   # only take the pictures, which are those of the tutorial's run

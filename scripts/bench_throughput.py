@@ -1,4 +1,4 @@
-"""How fast it is: everything side by side, in one run, as one Markdown table.
+"""Benchmark evaluators, environments and the trainer side by side, in one run, as one Markdown table.
 
     python scripts/bench_throughput.py > docs/throughput.md
 

@@ -1,4 +1,4 @@
-"""What a replaced part does to a race: the studies of algorithms and of senses, from nothing to their pages.
+"""Study how a replaced part changes a race: algorithms and senses, from nothing to their pages.
 
 The runs are those of ``studies/*.toml``. The script does the runs that are missing, measures them, and writes
 ``docs/algorithms.md`` and ``docs/senses.md``. It can be stopped at any moment and started again. The runs

@@ -1,4 +1,4 @@
-"""How fast PPO learns each task, what its options do, and what evolution spends for the same; writes docs/learning.md.
+"""Measure how fast PPO learns each task, the effect of its options, and the cost of evolution; write docs/learning.md.
 
     nice python scripts/learning_curves.py            # some 70 CPU-minutes; runs that are kept are not made again
     python scripts/learning_curves.py --only long     # only the runs whose name begins so, and the page

@@ -52,7 +52,7 @@ class SmallGame(NamedTuple):
     steps: int
     fields: dict[str, Any]
     prototype: str = ""
-    """What another program had found: all starts, and by the number of predators at an even distance."""
+    """Values that another program had found: all starts, and by the number of predators at an even distance."""
 
     @property
     def name(self) -> str:
@@ -83,7 +83,7 @@ GAMES = [
 
 
 class LearningRun(NamedTuple):
-    """Who learns, where, and how often it is looked at."""
+    """A run of a learner, and how often it is measured."""
 
     name: str
     size: int
@@ -92,7 +92,7 @@ class LearningRun(NamedTuple):
     preset: str = ""
     fields: dict[str, Any] = {}  # noqa: RUF012 - never changed
     entropy: float = 0.0
-    """Of PPO."""
+    """Entropy bonus of PPO."""
 
 
 LEARNING_RUNS = [

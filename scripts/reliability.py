@@ -52,7 +52,8 @@ class WritingCommand(NamedTuple):
 
     arguments: str
     older: str | None = None
-    """What leaves an older version of its files in the run that it reads; None if it begins in an empty directory."""
+    """The command that leaves an older version of its files in the run that it reads; None if it begins in an empty
+    directory."""
 
     def again(self, place: Path) -> list[str]:
         """Return the command that does, or completes, the work in a directory."""

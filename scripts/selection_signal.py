@@ -1,4 +1,4 @@
-"""What selection sees, and how far a population gets by it, where the truth is known: a table as Markdown.
+"""Measure the signal that selection has, and the progress it makes, where the truth is known: a Markdown table.
 
 Each neuron adds a known amount to the fitness of its team, the more the nearer its genes are to a target; trials add
 noise. ESP breeds as in the game. So one can see what fraction of the differences between neurons selection sees, and

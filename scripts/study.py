@@ -1,4 +1,4 @@
-"""What studies share: doing runs, working in several processes, and filling a page with numbers."""
+"""Parts that studies share: doing runs, working in several processes, and filling a page with numbers."""
 
 from __future__ import annotations
 

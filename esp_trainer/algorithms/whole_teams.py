@@ -1,4 +1,4 @@
-"""What algorithms have in common that breed whole teams, each a vector of all its genes."""
+"""Base of algorithms that breed whole teams, each a vector of all its genes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a policy before it is measured."""
+"""Lines printed about a policy before it is measured."""
 
 from __future__ import annotations
 

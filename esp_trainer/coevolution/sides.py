@@ -24,7 +24,7 @@ from predprey_env.settings import PartError
 
 @dataclass
 class EvolvingSide:
-    """What breeds a side's teams, their champions so far, and the generations since the best score."""
+    """A side that evolves: its algorithm, its champions so far, and the generations since the best score."""
 
     algorithm: Algorithm
     hall_of_fame: HallOfFame

@@ -1,4 +1,4 @@
-"""What networks compute with: a weighted sum, the logistic and the exponential function in 32-bit floats."""
+"""Arithmetic of networks: a weighted sum, the logistic and the exponential function in 32-bit floats."""
 
 from __future__ import annotations
 

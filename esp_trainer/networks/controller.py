@@ -34,7 +34,7 @@ class Controller(NamedTuple):
     """Number of agents that one set of networks controls: 1, or the whole team for a central controller. A central
     controller reads the concatenated observations of all agents, and its neurons have output weights for each."""
     sight: AnySight
-    """What the agents observe."""
+    """Observation of the agents."""
     wiring: np.ndarray
     """int64 ``(n_networks, n_inputs)``: indices of the observation entries that each network reads."""
 

@@ -1,4 +1,4 @@
-"""What all pages have in common: where their parts are, their head, and the version that wrote them."""
+"""Parts that all pages have in common: where their files are, their head, and the version that wrote them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all environments of many worlds share: seeds, starts, the time limit, and starting again after the end."""
+"""Parts that all environments of many worlds share: seeds, starts, the time limit, and starting again after the end."""
 
 from __future__ import annotations
 

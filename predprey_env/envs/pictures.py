@@ -23,7 +23,7 @@ VECTOR_RENDER_MODES = ("rgb_array",)
 
 
 class Pictured(NamedTuple):
-    """What an environment of many worlds draws."""
+    """The pictures of an environment of many worlds."""
 
     mode: str | None = None
     """None for nothing, or ``"rgb_array"``."""

@@ -1,4 +1,4 @@
-"""What rules are written with and compiled by: values in lanes, exact float operations, a cache of machine code."""
+"""Tools to write and compile rules: values in lanes, exact float operations, a cache of machine code."""
 
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.jit.floats import add_products, as_float, bits_of, float_of, fma, zeros

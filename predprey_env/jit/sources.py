@@ -21,7 +21,7 @@ from predprey_env.jit import floats, lanes, linking
 Function: TypeAlias = Callable[..., Any]
 
 _COMPILATION = str(Path(__file__).with_name("compilation.py"))
-"""It says how everything is compiled."""
+"""The file that says how everything is compiled."""
 _DEFINED: dict[str, bytes] = {}
 """Content of each file with a rule at the time when the rule was defined.
 

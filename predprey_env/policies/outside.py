@@ -19,7 +19,7 @@ class Seat(NamedTuple):
 
     policy: Policy
     outside: OutsideTeam | None
-    """What asks the policy in Python."""
+    """Asks the policy in Python; None if a player is compiled."""
     player: Player | None
     """The policy in compiled code."""
 
@@ -48,7 +48,7 @@ class OutsideTeam:
         self._whose = whose
         shape = config.team(team)
         self.sight = sight_in(policy, config)
-        """What the team observes."""
+        """The team's observation."""
         self._shape = shape._replace(n_seen=self.sight.n_seen(shape.n_agents, shape.n_opponents))
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
         self.at_once = asked_at_once(policy)

@@ -162,7 +162,7 @@ choose = _Choose("choose")
 sees_team = _SeesTeam("sees_team", default=_sees_itself)
 """Whether a player chooses from the observations of its whole team; by default it does not."""
 sight_of = _SightOf("sight_of", default=_opponents_only)
-"""What a player's agents observe, a :class:`predprey_env.Sight`; by default what the paper's do."""
+"""Observation of a player's agents, a :class:`predprey_env.Sight`; by default the paper's."""
 memory_rows = _MemoryRows("memory_rows")
 """Number of int32 rows of memory that a player needs for each agent; by default four."""
 

@@ -111,7 +111,7 @@ class ScriptedTeam:
     """
 
     sight = PLAIN_SIGHT
-    """What scripts observe, in whatever world they play."""
+    """Observation of scripts, in every world."""
 
     def __init__(
         self, script: str, team: TeamName | None = None, n_actions: int | None = None, *, in_turns: bool = False

@@ -1,1 +1,1 @@
-"""What ``bench_throughput.py`` and ``bench_peers.py`` measure, and how figures become a table."""
+"""Measurements of ``bench_throughput.py`` and ``bench_peers.py``, and their tables."""

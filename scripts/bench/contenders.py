@@ -1,4 +1,4 @@
-"""Who is measured against whom: how a peer is found, what it does, and how speeds become rows."""
+"""Contenders of the comparison with peers: how each is found, what it does, and how speeds become rows."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Contender(NamedTuple):
     run: Callable[[], object] | None
     """None where it is not installed."""
     against: str = ""
-    """Which contender of ours it is compared with."""
+    """The contender of ours that it is compared with."""
     target: int | None = None
     """Steps per CPU-second that it must reach."""
 

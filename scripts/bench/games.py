@@ -23,7 +23,7 @@ CONFIG = IN_ARRAYS.with_fields({"game.environment": "mpe2.simple_tag_v3"})
 
 
 class GameScale(NamedTuple):
-    """How much is played."""
+    """Numbers of episodes to play."""
 
     trials: int
     """Trials, of one episode each, that are played a step at a time."""

@@ -17,7 +17,7 @@ from predprey_env.policies.opponents import Opponent
 
 SIZES = (1, 16, 128, 1024, 4096)
 N_WORLDS = 1024
-"""Where all are compared, and the target holds."""
+"""Number of worlds at which all are compared, and to which the target applies."""
 TARGET = 3_000_000
 
 

@@ -1,4 +1,4 @@
-"""What it costs to replace a part: controllers, networks, what agents see, algorithms."""
+"""Cost of replacing a part: controllers, networks, what agents see, algorithms."""
 
 from __future__ import annotations
 

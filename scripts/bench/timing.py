@@ -15,10 +15,10 @@ IN_A_ROW = 4
 
 
 class Seconds(NamedTuple):
-    """What something took."""
+    """Seconds that something took."""
 
     cpu: float
-    """Of all threads of this process, and of the processes that it started."""
+    """CPU-seconds of all threads of this process, and of the processes that it started."""
     wall: float
 
 

@@ -1,4 +1,4 @@
-"""How much is measured, and the trials of one generation, drawn as the trainer draws them."""
+"""Amount of work to measure, and the trials of one generation, sampled as the trainer samples them."""
 
 from __future__ import annotations
 

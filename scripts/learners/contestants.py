@@ -1,4 +1,4 @@
-"""Who is compared: for each kind of team how it is made, and with which seeds."""
+"""Teams that are compared: how each kind is made, and with which seeds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 TASK = "3v2"
 SEEDS = (700, 701, 702, 703, 704)
 PPO_STEPS = 15_000_000
-"""Of agents, of one side; self-play has as many for each."""
+"""Steps of agents of one side; self-play has as many for each."""
 ESP_GENERATIONS = 450
 
 
@@ -22,19 +22,19 @@ class TeamKind:
     method: str
     """``ppo``, ``evolved``, ``answer`` (evolved against frozen PPO) or ``script``."""
     roles: tuple[str, ...] = ("predators", "prey")
-    """Which sides it has."""
+    """Its sides."""
     seeds: tuple[int, ...] = SEEDS
     reward: str = "dense"
-    """Of PPO."""
+    """Reward of PPO."""
     trained: str = "apart"
-    """Of PPO: the sides ``apart``, each against the zoo, or ``together``, against each other."""
+    """How PPO trains: the sides ``apart``, each against the zoo, or ``together``, against each other."""
     part: int = 10
-    """Of PPO: which of ten checkpoints it is."""
+    """Number of the checkpoint of PPO, from 1 to 10."""
     steps: int = PPO_STEPS
     n_worlds: int = 8
-    """Of PPO, for each opponent."""
+    """Worlds of PPO for each opponent."""
     preset: str = ""
-    """Of evolved ones."""
+    """Preset of evolved teams."""
     generations: int = ESP_GENERATIONS
 
     @property

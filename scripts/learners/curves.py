@@ -1,4 +1,4 @@
-"""How PPO learned: prey caught in training, by steps."""
+"""Learning curves of PPO: prey caught in training, by steps."""
 
 from __future__ import annotations
 

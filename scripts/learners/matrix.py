@@ -39,7 +39,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Matrix(Kept):
-    """Who catches whom, team by team; rows are predators."""
+    """Payoffs of all pairs of teams; rows are predators."""
 
     predators: np.ndarray
     """str ``(P,)``: whose teams the rows are; each as often as it has seeds."""

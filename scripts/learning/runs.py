@@ -34,7 +34,7 @@ POINTS, EPISODES, GENERATIONS = 10, 400, 100
 HELD_OUT_EPISODES = 3600
 """Against all held-out teams together."""
 SEE = "nearest_first"
-"""What agents see in the curves, beside the offsets."""
+"""Observations in the curves, beside the offsets."""
 SIGHT_ARMS: dict[str, dict[str, Any]] = {
     "offsets alone": {},
     "team-mates": {"see": "teammates"},
@@ -70,7 +70,7 @@ TUNED_ARMS: dict[str, dict[str, Any]] = {
     "gamma 0.99": {"gamma": 0.99},
     "128 hidden neurons": {"n_hidden": 128},
 }
-"""What is changed in it, each tried with some seeds for 5 million steps."""
+"""Settings changed from the baseline, each tried with some seeds for 5 million steps."""
 ARM_STEPS, ARM_SEEDS = 5_000_000, range(3)
 
 
@@ -79,7 +79,7 @@ STANDING: dict[tuple[str, Role], tuple[str, ...]] = {
     ("3v1", "predators"): ("intercept", "race-3v1/predators/seed-501-late"),
     ("3v2", "predators"): ("intercept", "drawn-3v2/predators/seed-500-late"),
 }
-"""Who stands beside the long runs: a script, and the best evolved team of the leaderboard."""
+"""Teams compared with the long runs: a script, and the best evolved team of the leaderboard."""
 
 
 def levels(team: Challenger, world: EnvConfig, role: Role, task: str | None) -> list[float]:

@@ -1,4 +1,4 @@
-"""What is measured of the runs of a study: their levels and behaviours, and all of them against each other."""
+"""Measurements of a study's runs: their levels and behaviours, and all of them against each other."""
 
 from __future__ import annotations
 

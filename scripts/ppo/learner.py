@@ -14,7 +14,7 @@ from ppo.worlds import PPOSettings, TrainingWorlds
 
 
 class Batch(NamedTuple):
-    """What was seen and done: the first axes are time and world, or just rows of both."""
+    """Observations and actions of a rollout: the first axes are time and world, or just rows of both."""
 
     seen: torch.Tensor
     passed: torch.Tensor

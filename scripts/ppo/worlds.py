@@ -15,17 +15,17 @@ from predprey_env import EnvConfig, vector_env
 
 @dataclass
 class PPOSettings:
-    """What is trained, and how."""
+    """Settings of training."""
 
     role: str
     task: str = "3v2"
     size: int = 100
-    """Of the torus, in cells; an episode has one and a half times as many steps."""
+    """Size of the torus in cells; an episode has one and a half times as many steps."""
     opponents: tuple[str, ...] = ()
     reward: str = "dense"
     seed: int = 0
     steps: int = 20_000_000
-    """Of agents, in all."""
+    """Steps of agents, in all."""
     n_hidden: int = 64
     n_worlds: int = 8
     """For each opponent."""

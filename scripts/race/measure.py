@@ -1,4 +1,4 @@
-"""What is measured of a run, from its champions alone: everything is against opponents that stand still."""
+"""Measurements of a run, from its champions alone; all opponents are fixed."""
 
 from __future__ import annotations
 

@@ -38,9 +38,9 @@ class Claim:
     says: str
     settings: list[str]
     number: str
-    """Which of :data:`MEASURED_NUMBERS`, or ``cycles``."""
+    """One of :data:`MEASURED_NUMBERS`, or ``cycles``."""
     measured: str
-    """What the number is, in words."""
+    """The number's meaning, in words."""
     expects: str
     """``more`` or ``no change``."""
     margin: float
@@ -52,7 +52,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of a claim."""
+    """The verdict on a claim."""
 
     claim: Claim
     found: Comparison

@@ -23,7 +23,7 @@ PLACE = Path(__file__).parent
 TASKS = {"paper-3v1": "one prey", "paper-3v2": "two prey"}
 PAPER = ("monolithic-3v1", "monolithic-3v1-wide", "paper-3v1", "monolithic-3v2", "paper-3v2")
 HIGH = ("baiting", "sidestepping", "reversal", "herding", "simultaneous capture", "scattering", "encirclement")
-"""What the paper calls high-level strategies, as far as there is a detector."""
+"""High-level strategies of the paper for which there is a detector."""
 LOW = ("attacker", "blocker", "circling")
 CYCLES = ("paper", "odd-torus", "prey-first", "no-idling", "scaled", "modern", "linear", "drawn")
 

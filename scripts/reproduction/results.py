@@ -18,7 +18,7 @@ from esp_trainer.analysis.progress import Progress
 from reproduction.settings import Setting
 
 CHANCE = 0.05
-"""How often success may alternate as much by chance."""
+"""Largest p at which alternation of success counts as more than chance."""
 
 
 class StudyResults:

@@ -39,10 +39,10 @@ class Episode(NamedTuple):
     n_prey: int
 
     attacks: Array
-    """Which predators attack which prey, bool ``(n_rows, n_predators, n_prey)``, see :mod:`.roles`."""
+    """Mask of which predators attack which prey: bool ``(n_rows, n_predators, n_prey)``, see :mod:`.roles`."""
 
     blocks: Array
-    """Which predators block which prey, bool ``(n_rows, n_predators, n_prey)``, see :mod:`.roles`."""
+    """Mask of which predators block which prey: bool ``(n_rows, n_predators, n_prey)``, see :mod:`.roles`."""
 
 
 class Episodes(NamedTuple):

@@ -49,7 +49,7 @@ class Paths:
     """Side of the torus, in cells."""
 
     detected: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
-    """What was seen in these episodes, by thresholds: see :func:`.detection.detected`."""
+    """Behaviours detected in these episodes, by thresholds: see :func:`.detection.detected`."""
 
     @classmethod
     def of_trace(cls, cells: np.ndarray, n_predators: int, size: int, caught_at: np.ndarray | None = None) -> Paths:

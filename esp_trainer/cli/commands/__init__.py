@@ -33,7 +33,7 @@ class Command(Protocol):
     """A module of this package."""
 
     SUMMARY: str
-    """What the command does, for ``--help``."""
+    """Summary of the command, for ``--help``."""
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the command's options, and a text for the end of its ``--help`` if it needs one."""
