@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import threading
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -59,26 +58,14 @@ def two_nodes(only_cluster: None) -> Iterator[TwoNodes]:
         cluster.shutdown()
 
 
-@pytest.fixture(scope="session")
-def workers() -> Callable[[int], Any]:
-    """``with workers(7):`` connected to a cluster of one node with so many cores."""
-
-    @contextmanager
-    def connected(n: int) -> Iterator[None]:
-        ray.init(address="local", num_cpus=n, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
-        try:
-            yield
-        finally:
-            ray.shutdown()
-
-    return connected
-
-
 @pytest.fixture(scope="module")
-def two_workers(only_cluster_of_module: None, workers: Any) -> Iterator[None]:
+def two_workers(only_cluster_of_module: None) -> Iterator[None]:
     """Connected to a cluster with two cores, all tests of a module one after the other."""
-    with workers(2):
+    ray.init(address="local", num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
+    try:
         yield
+    finally:
+        ray.shutdown()
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Runs on Ray clusters of several sizes, and without one."""
+"""Runs on a Ray cluster of two nodes, and without one."""
 
 from __future__ import annotations
 
@@ -14,35 +14,14 @@ from esp_trainer.cli import main
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
-from esp_trainer.run.directory import RunDirectory
-from esp_trainer.run.trainer import Trainer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from esp_trainer.config import RunConfig
     from esp_trainer.types import TrialBatch
 
-pytestmark = pytest.mark.usefixtures("only_cluster")
-
 PAPER = preset("paper-3v2")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n_workers", [2, 7])
-def test_a_run_has_the_bytes_of_one_machine_with_one_worker(
-    n_workers: int, config: RunConfig, workers: Any, tmp_path: Path, snapshot: Any
-) -> None:
-    whole = Trainer.start(RunDirectory(tmp_path / "whole"), config, lambda c: FusedEvaluator(c.env, threads=1))
-    list(whole.generations())
-    with workers(n_workers):
-        # Every batch in seven shards, the smallest of one block.
-        sharded = Trainer.start(
-            RunDirectory(tmp_path / "sharded"), config, lambda c: ShardedEvaluator(c.env, 7, least_episodes=1)
-        )
-        list(sharded.generations())
-    assert snapshot(tmp_path / "sharded") == snapshot(tmp_path / "whole")
 
 
 @pytest.mark.slow
@@ -82,6 +61,7 @@ def test_a_batch_too_small_to_share_is_played_here(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("only_cluster")  # or `auto` finds one
 @pytest.mark.parametrize(
     ("address", "says"),
     [

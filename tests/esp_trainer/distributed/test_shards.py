@@ -15,6 +15,8 @@ from esp_trainer import cluster
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.sharded import ShardedEvaluator
 from esp_trainer.presets import preset
+from esp_trainer.run.directory import RunDirectory
+from esp_trainer.run.trainer import Trainer
 from esp_trainer.sweep.on_cluster import ClusterPool
 from esp_trainer.sweep.pool import Work
 from predprey_env import __version__
@@ -22,6 +24,7 @@ from predprey_env import __version__
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from esp_trainer.config import RunConfig
     from esp_trainer.types import TrialBatch, TrialResult
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("two_workers")]
@@ -42,6 +45,17 @@ def test_shards_of_any_number_add_up_to_the_batch(random_batch: Callable[..., Tr
             for shards in (1, 2, 3, 50):
                 evaluator = ShardedEvaluator(config.env, shards, least_episodes=1)
                 assert as_bytes(evaluator.evaluate(batch)) == expected
+
+
+def test_a_run_has_the_bytes_of_one_machine_with_one_worker(config: RunConfig, tmp_path: Path, snapshot: Any) -> None:
+    whole = Trainer.start(RunDirectory(tmp_path / "whole"), config, lambda c: FusedEvaluator(c.env, threads=1))
+    list(whole.generations())
+    # Every batch in seven shards, the smallest of one block.
+    sharded = Trainer.start(
+        RunDirectory(tmp_path / "sharded"), config, lambda c: ShardedEvaluator(c.env, 7, least_episodes=1)
+    )
+    list(sharded.generations())
+    assert snapshot(tmp_path / "sharded") == snapshot(tmp_path / "whole")
 
 
 def test_what_is_wrong_with_a_batch_is_said_as_on_one_machine(random_batch: Callable[..., TrialBatch]) -> None:
