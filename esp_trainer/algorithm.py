@@ -7,9 +7,10 @@ from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
+from esp_trainer.arrays import Fitness, StoredArray, TeamGenomes
 from esp_trainer.config import EspConfig
 from esp_trainer.networks.controller import Controller
-from esp_trainer.types import EvolvedTeams, Fitness
+from esp_trainer.types import EvolvedTeams
 
 
 class Spread(NamedTuple):
@@ -56,7 +57,7 @@ class Algorithm(Protocol):
         """Return the teams of a generation's trials, ``config.n_trials`` of them. The same team may be in several."""
         ...
 
-    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> float | None:
+    def tell(self, fitness: Fitness, champions: TeamGenomes, generator: np.random.Generator) -> float | None:
         """Breed the next generation. Return the signal of selection, see :class:`~esp_trainer.esp.signal.Signal`.
 
         Args:
@@ -71,15 +72,15 @@ class Algorithm(Protocol):
         """Return the diversity and the scale of the genes of the asked teams."""
         ...
 
-    def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
+    def burst(self, champion: TeamGenomes, generator: np.random.Generator) -> None:
         """Start again around a champion, float32 ``(n_genomes, n_networks, n_hidden, n_genes)``."""
         ...
 
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, StoredArray]:
         """Return all that the next generation follows from, as arrays, for the checkpoint."""
         ...
 
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+    def restore(self, state: Mapping[str, StoredArray]) -> None:
         """Take on the state that :meth:`state` returned.
 
         Raises :class:`ValueError` or :class:`KeyError` if it cannot be one.
@@ -87,7 +88,7 @@ class Algorithm(Protocol):
         ...
 
 
-def restored(state: Mapping[str, np.ndarray], name: str, like: np.ndarray) -> np.ndarray:
+def restored(state: Mapping[str, StoredArray], name: str, like: StoredArray) -> StoredArray:
     """Return an array of a state; raise :class:`ValueError` unless it has the type and shape of ``like``."""
     array = state[name]
     if array.shape != like.shape or array.dtype != like.dtype:

@@ -24,6 +24,8 @@ import numpy as np
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
+from esp_trainer.arrays import StoredArray
+
 SCHEMA = 1
 _HEADER = "esp_trainer"
 
@@ -168,7 +170,7 @@ def to_json(value: Any) -> bytes:
     return (json.dumps(value, indent=2, allow_nan=False) + "\n").encode()
 
 
-def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, StoredArray]) -> None:
     """Write arrays and a header of JSON values to a file of some kind."""
     whole = {"kind": kind, "schema": SCHEMA, **header}
     whole["digest"] = digest_of_arrays(arrays, whole)
@@ -176,7 +178,7 @@ def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappi
     write(path, save(contiguous, metadata={_HEADER: json.dumps(whole, allow_nan=False)}))
 
 
-def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str, Any], dict[str, StoredArray]]:
     """Return the header and the arrays of a file of that kind.
 
     Floats must be finite if ``finite``; otherwise nan may stand for a value that could not be measured.
@@ -212,7 +214,7 @@ def digest_of(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def digest_of_arrays(arrays: Mapping[str, np.ndarray], header: Mapping[str, Any] = MappingProxyType({})) -> str:
+def digest_of_arrays(arrays: Mapping[str, StoredArray], header: Mapping[str, Any] = MappingProxyType({})) -> str:
     """Return the SHA-256 of arrays with their names, types and shapes, and of a header of JSON values."""
     digest = hashlib.sha256(json.dumps(dict(header), sort_keys=True, allow_nan=False).encode())
     for name in sorted(arrays):

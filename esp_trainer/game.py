@@ -14,8 +14,10 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from pydantic import Field, model_validator
 
+from esp_trainer.arrays import BoolMask
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import agent_number
+from predprey_env.arrays import Actions, Observation, Seeds
 from predprey_env.config import TeamShape
 from predprey_env.plugins import find_object
 from predprey_env.settings import PartError, Settings, brief, error_line
@@ -33,13 +35,13 @@ class ManyEpisodes(Protocol):
     one call a step for hundreds of episodes, instead of one for each. Episodes must go as in the environment itself.
     """
 
-    def reset(self, seeds: np.ndarray) -> Mapping[str, np.ndarray]:
+    def reset(self, seeds: Seeds) -> Mapping[str, Observation]:
         """Begin an episode for each seed, int64 ``(n,)``. Return what each agent observes, ``(n, n_seen)``."""
         ...
 
     def step(
-        self, actions: Mapping[str, np.ndarray]
-    ) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray], np.ndarray]:
+        self, actions: Mapping[str, Actions]
+    ) -> tuple[Mapping[str, Observation], Mapping[str, np.ndarray], BoolMask]:
         """Take a step in all episodes, by each agent's actions, int64 ``(n,)``.
 
         Return what each agent observes, ``(n, n_seen)``, its rewards, ``(n,)``, and which episodes are over, bool

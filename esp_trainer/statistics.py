@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass
 from math import sqrt
 from typing import Any
 
-import numpy as np
-
+from esp_trainer.arrays import Counts, EpisodePayoffs
 from esp_trainer.types import TrialResult
 
 Z_95 = 1.959963984540054
@@ -98,14 +97,14 @@ class Payoffs:
         return asdict(self)
 
 
-def mean_of(values: np.ndarray) -> Rate:
+def mean_of(values: EpisodePayoffs) -> Rate:
     """Return a mean with its 95% interval, 1.96 standard errors each way; of one value the interval is the value."""
     mean, n = float(values.mean()), values.size
     half = Z_95 * float(values.std(ddof=1)) / sqrt(n) if n > 1 else 0.0
     return Rate(mean, mean - half, mean + half)
 
 
-def summarise(result: TrialResult, even: np.ndarray) -> Captures | Payoffs:
+def summarise(result: TrialResult, even: Counts) -> Captures | Payoffs:
     """Summarise a batch: captures in the predator-prey world, payoffs in any other game.
 
     Args:
@@ -131,7 +130,7 @@ def results_in_short(held_out: Mapping[str, Any]) -> str:
     return f"predators succeed {rates['predators_succeed']}, prey {rates['prey_succeed']}, caught {rates['caught']}"
 
 
-def count_captures(result: TrialResult, even: np.ndarray, n_predators: int) -> Captures:
+def count_captures(result: TrialResult, even: Counts, n_predators: int) -> Captures:
     """Summarise a batch.
 
     Args:

@@ -7,7 +7,9 @@ from typing import ClassVar, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
+from esp_trainer.arrays import BoolMask, Cells, Counts, EpisodePayoffs, EpisodeStarts, Fitness, Genomes, Indices, Steps
 from esp_trainer.networks.controller import Controller
+from predprey_env.arrays import Actions
 from predprey_env.config import TEAMS, EnvConfig, TeamName
 from predprey_env.policies import SCRIPTS, Policy, ScriptedTeam
 from predprey_env.settings import counted
@@ -23,18 +25,6 @@ class PolicyError(ValueError):
 
 Role: TypeAlias = TeamName
 ROLES = TEAMS
-
-Genomes: TypeAlias = np.ndarray
-"""float32 ``(n_agents, n_networks, n_hidden, n_candidates, n_genes)``: for each hidden neuron of each network of each
-agent, a subpopulation of candidate neurons. A gene string is the neuron's input weights, its bias if there is one, and
-its output weights (section V). A central controller counts as one agent."""
-
-Indices: TypeAlias = np.ndarray
-"""int ``(n_trials, n_agents, n_networks, n_hidden)``: index of the candidate that each hidden neuron of each trial's
-team is. Indices take most of the memory of a trial, so those of a generation have the smallest type that holds them."""
-
-Fitness: TypeAlias = np.ndarray
-"""float64; higher is better."""
 
 
 class TeamBatch(Protocol):
@@ -189,7 +179,7 @@ class TrialBatch:
 
     predators: TeamBatch
     prey: TeamBatch
-    starts: np.ndarray = field(repr=False)
+    starts: EpisodeStarts = field(repr=False)
     """Start of each episode: for the predator-prey world int32 ``(n_trials, n_episodes, n_agents, 2)`` cells."""
 
     def part(self, trials: slice) -> TrialBatch:
@@ -203,16 +193,16 @@ class TrialResult:
 
     fitness: Fitness
     """Fitness of each agent, ``(n_trials, n_episodes, n_agents)``."""
-    captured: np.ndarray
+    captured: BoolMask
     """True for each prey that was caught, bool ``(n_trials, n_episodes, n_prey)``."""
-    steps: np.ndarray
+    steps: Steps
     """Length of each episode in time steps, int ``(n_trials, n_episodes)``."""
-    returned: np.ndarray | None = None
+    returned: EpisodePayoffs | None = None
     """Payoff of each episode of another game than the predator-prey world, float64 ``(n_trials, n_episodes)``, see
     :func:`zero_sum_part`; None in the predator-prey world."""
 
     @property
-    def payoff(self) -> np.ndarray:
+    def payoff(self) -> EpisodePayoffs:
         """Payoff of each episode to the predators, float64 ``(n_trials, n_episodes)``.
 
         In the predator-prey world it is the fraction of prey caught; in any other game see :func:`zero_sum_part`.
@@ -235,7 +225,7 @@ class TrialResult:
         return self.fitness[..., :-n_prey] if role == "predators" else self.fitness[..., -n_prey:]
 
 
-def zero_sum_part(fitness: Fitness, n_predators: int) -> np.ndarray:
+def zero_sum_part(fitness: Fitness, n_predators: int) -> EpisodePayoffs:
     """Return the payoff of a game to the first team: half the difference of both teams' mean returns per agent.
 
     In a zero-sum game that is the first team's mean return. Any other game is the sum of a zero-sum game, of which this
@@ -251,13 +241,13 @@ def zero_sum_part(fitness: Fitness, n_predators: int) -> np.ndarray:
 class Trace(NamedTuple):
     """The course of the episodes of a batch. Agents are in order, predators first."""
 
-    cells: np.ndarray
+    cells: Cells
     """Cell of each agent at the start and after each step, int32 ``(n_trials, n_episodes, max_cycles + 1, n_agents,
     2)``; -1 after the end of an episode."""
-    actions: np.ndarray
+    actions: Actions
     """Action of each agent in each step, int8 ``(n_trials, n_episodes, max_cycles, n_agents)``; -1 after the end of an
     episode. The actions of caught prey have no effect."""
-    caught_at: np.ndarray
+    caught_at: Steps
     """Step in which each prey was caught, counted from 1, or 0 if it was not: int32 ``(n_trials, n_episodes,
     n_prey)``."""
 
@@ -265,15 +255,15 @@ class Trace(NamedTuple):
 class Starts(Protocol):
     """A source of episode starts."""
 
-    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> np.ndarray:
+    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> EpisodeStarts:
         """Sample starts, ``(n_trials, n_episodes, ...)``."""
         ...
 
-    def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
+    def held_out(self, generator: np.random.Generator, n_trials: int) -> EpisodeStarts:
         """Sample starts for measurements, ``(n_trials, 1, ...)``."""
         ...
 
-    def even_predators(self, starts: np.ndarray) -> np.ndarray:
+    def even_predators(self, starts: EpisodeStarts) -> Counts:
         """Return the number of predators that start at an even distance from each prey, int
         ``(n_trials, n_episodes, n_prey)``.
         """

@@ -16,6 +16,7 @@ ROOT = Path(__file__).parent.parent
 
 # A module may import what stands before it, and its own layer.
 LAYERS = [
+    ["arrays"],
     ["networks"],
     ["types"],
     ["game", "games"],

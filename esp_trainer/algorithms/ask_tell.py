@@ -11,7 +11,7 @@ import numpy as np
 
 from esp_trainer.algorithms.registry import algorithm_name
 from esp_trainer.algorithms.whole_teams import WholeTeams
-from esp_trainer.types import Fitness
+from esp_trainer.arrays import Fitness, StoredArray, TeamVector, TeamVectors
 from predprey_env.extras import extra
 from predprey_env.settings import PartError
 
@@ -26,31 +26,31 @@ class AskTell(WholeTeams):
     """
 
     @abstractmethod
-    def optimiser(self, start: np.ndarray, seed: int) -> Any:
+    def optimiser(self, start: TeamVector, seed: int) -> Any:
         """Return an optimiser that starts from a vector, float64 ``(n_parameters,)``."""
 
     def begin(self, generator: np.random.Generator) -> None:
         """Start the optimiser from a random team."""
         self.around(self.first_vectors(1, generator)[0], generator)
 
-    def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:
+    def around(self, vector: TeamVector, generator: np.random.Generator) -> None:
         """Start the optimiser from a vector."""
         self._begin(vector.astype(np.float64), int(generator.integers(2**31)))
 
-    def vectors(self, generator: np.random.Generator) -> np.ndarray:
+    def vectors(self, generator: np.random.Generator) -> TeamVectors:
         """Return the solutions that the optimiser asks for."""
         return self._ask(int(generator.integers(2**31)))
 
-    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:  # noqa: ARG002
+    def learn(self, vectors: TeamVectors, scores: Fitness, generator: np.random.Generator) -> None:  # noqa: ARG002
         """Tell the optimiser the losses of its solutions."""
         self._tell(-scores, int(generator.integers(2**31)))
 
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, StoredArray]:
         """Return the start, and the seed of each call and the losses that were told since."""
         losses = np.array(self._losses) if self._losses else np.zeros((0, 0))  # none yet after a start or a burst
         return {"start": self._start, "seeds": np.array(self._seeds, np.int64), "losses": losses}
 
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+    def restore(self, state: Mapping[str, StoredArray]) -> None:
         """Tell a new optimiser what the old one was told."""
         start, seeds, losses = (state[name] for name in ("start", "seeds", "losses"))
         if start.shape != (self.n_parameters,) or len(seeds) != 1 + 2 * len(losses):
@@ -60,7 +60,7 @@ class AskTell(WholeTeams):
             self._ask(ask)
             self._tell(told, tell)
 
-    def _begin(self, start: np.ndarray, seed: int) -> None:
+    def _begin(self, start: TeamVector, seed: int) -> None:
         self._start, self._seeds, self._losses = start, [seed], list[np.ndarray]()
         with _seeded(seed):
             self._optimiser = self.optimiser(start, seed)
@@ -69,7 +69,7 @@ class AskTell(WholeTeams):
             needed = f"algorithm {algorithm_name(self)}: optimiser() must return an object with ask() and tell()"
             raise PartError(f"{needed}, got {kind}")
 
-    def _ask(self, seed: int) -> np.ndarray:
+    def _ask(self, seed: int) -> TeamVectors:
         self._asked_with = seed
         with _seeded(seed):
             self._solutions = self._optimiser.ask()
@@ -107,7 +107,7 @@ class CmaES(AskTell):
 
     OPTIONS: ClassVar[Mapping[str, float]] = {"sigma": 1.0, "n_teams": 0}
 
-    def optimiser(self, start: np.ndarray, seed: int) -> Any:
+    def optimiser(self, start: TeamVector, seed: int) -> Any:
         """Return a CMA-ES."""
         with extra("algorithms", "cma_es"):
             import cma

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from esp_trainer.algorithms.genetic import GeneticAlgorithm
-from esp_trainer.types import Fitness
+from esp_trainer.arrays import Fitness, TeamVectors
 
 
 class Cosyne(GeneticAlgorithm):
@@ -18,7 +18,7 @@ class Cosyne(GeneticAlgorithm):
     Option: ``n_teams``, as in :class:`GeneticAlgorithm`.
     """
 
-    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:
+    def learn(self, vectors: TeamVectors, scores: Fitness, generator: np.random.Generator) -> None:
         """Replace the worst teams by children of the best, and permute the values of each gene."""
         super().learn(vectors, scores, generator)
         n, ranked = len(vectors), np.sort(scores)[::-1]

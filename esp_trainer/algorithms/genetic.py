@@ -9,8 +9,8 @@ import numpy as np
 
 from esp_trainer.algorithm import restored
 from esp_trainer.algorithms.whole_teams import WholeTeams
+from esp_trainer.arrays import Fitness, StoredArray, TeamVector, TeamVectors
 from esp_trainer.esp import operators
-from esp_trainer.types import Fitness
 
 
 class GeneticAlgorithm(WholeTeams):
@@ -29,17 +29,17 @@ class GeneticAlgorithm(WholeTeams):
         """Start from random teams."""
         self.population = self.first_vectors(self.n_teams, generator)
 
-    def vectors(self, generator: np.random.Generator) -> np.ndarray:  # noqa: ARG002
+    def vectors(self, generator: np.random.Generator) -> TeamVectors:  # noqa: ARG002
         """Return the population."""
         return self.population
 
-    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:
+    def learn(self, vectors: TeamVectors, scores: Fitness, generator: np.random.Generator) -> None:
         """Replace the worst teams by children of the best."""
         ranked = vectors[np.argsort(-scores, kind="stable")]
         children = self.children(ranked, generator)
         self.population = np.concatenate([ranked[: len(ranked) - len(children)], children])
 
-    def children(self, ranked: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    def children(self, ranked: TeamVectors, generator: np.random.Generator) -> TeamVectors:
         """Return the children of teams that are in order of their rank, two for each of the elite."""
         n_elite = max(1, int(self.config.elite_share * len(ranked)))
         elite, length = ranked[None, :n_elite], np.array([self.n_parameters])
@@ -48,7 +48,7 @@ class GeneticAlgorithm(WholeTeams):
         self.mutate(children, generator)
         return children
 
-    def mutate(self, vectors: np.ndarray, generator: np.random.Generator) -> None:
+    def mutate(self, vectors: TeamVectors, generator: np.random.Generator) -> None:
         """Change one gene of each neuron with probability ``mutation_rate``, in place."""
         config, first = self.config, np.cumsum(self.neurons) - self.neurons
         mutants = np.nonzero(generator.random((len(vectors), len(self.neurons))) < config.mutation_rate)
@@ -56,7 +56,7 @@ class GeneticAlgorithm(WholeTeams):
         changes = operators.truncated_cauchy(generator, len(genes), config.mutation_scale, config.mutation_limit)
         vectors[mutants[0], genes] += changes.astype(np.float32)
 
-    def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:
+    def around(self, vector: TeamVector, generator: np.random.Generator) -> None:
         """Start again from a team and copies of it with Cauchy-distributed changes."""
         config, shape = self.config, self.population.shape
         spread = operators.truncated_cauchy(
@@ -65,10 +65,10 @@ class GeneticAlgorithm(WholeTeams):
         spread[0] = 0.0
         self.population = (vector + spread).astype(np.float32)
 
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, StoredArray]:
         """Return the population."""
         return {"population": self.population}
 
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+    def restore(self, state: Mapping[str, StoredArray]) -> None:
         """Take on a population."""
         self.population = restored(state, "population", self.population)

@@ -9,7 +9,7 @@ import numpy as np
 
 from esp_trainer.algorithm import restored
 from esp_trainer.algorithms.whole_teams import WholeTeams
-from esp_trainer.types import Fitness
+from esp_trainer.arrays import Fitness, StoredArray, TeamVector, TeamVectors
 
 _BETAS, _EPSILON = (0.9, 0.999), 1e-8  # of Adam (Kingma & Ba 2015)
 
@@ -32,14 +32,14 @@ class OpenAIES(WholeTeams):
         self.moments = np.zeros((2, self.n_parameters))
         self.steps = np.zeros(1, np.int64)
 
-    def vectors(self, generator: np.random.Generator) -> np.ndarray:
+    def vectors(self, generator: np.random.Generator) -> TeamVectors:
         """Return the mean, and pairs of opposite perturbations of it."""
         n_pairs = max(1, (self.config.n_trials - 1) // 2)
         self._noise = generator.standard_normal((n_pairs, self.n_parameters))
         both = np.concatenate([self._noise, -self._noise])
         return np.concatenate([self.mean[None], self.mean + self.options["sigma"] * both])
 
-    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:  # noqa: ARG002
+    def learn(self, vectors: TeamVectors, scores: Fitness, generator: np.random.Generator) -> None:  # noqa: ARG002
         """Move the mean along the estimated gradient."""
         perturbed = scores[1:]
         ranks = np.argsort(np.argsort(perturbed, kind="stable"), kind="stable") / (len(perturbed) - 1) - 0.5
@@ -52,15 +52,15 @@ class OpenAIES(WholeTeams):
         step = options["learning_rate"] * first / (np.sqrt(second) + _EPSILON)
         self.mean = (1 - options["weight_decay"]) * self.mean + step
 
-    def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:  # noqa: ARG002
+    def around(self, vector: TeamVector, generator: np.random.Generator) -> None:  # noqa: ARG002
         """Go on from a vector, without momentum."""
         self.mean, self.moments = vector.astype(np.float64), np.zeros((2, self.n_parameters))
         self.steps[:] = 0
 
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, StoredArray]:
         """Return the mean and what Adam remembers."""
         return {"mean": self.mean, "moments": self.moments, "steps": self.steps}
 
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+    def restore(self, state: Mapping[str, StoredArray]) -> None:
         """Take on a mean and what Adam remembers."""
         self.mean, self.moments, self.steps = (restored(state, name, like) for name, like in self.state().items())

@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from esp_trainer.algorithm import Algorithm
+from esp_trainer.arrays import StoredArray
 from predprey_env.plugins import find_class
 from predprey_env.settings import PartError, error_line
 
@@ -62,7 +63,7 @@ def failures_told(name: str, call: str) -> Iterator[None]:
         raise PartError(f"algorithm {name} failed in {call}: {error_line(error)} ({where})") from error
 
 
-def state_of(algorithm: Algorithm) -> Mapping[str, np.ndarray]:
+def state_of(algorithm: Algorithm) -> Mapping[str, StoredArray]:
     """Return the state of an algorithm; raise :class:`PartError` if it holds anything but arrays of numbers."""
     kind = algorithm_name(algorithm)
     with failures_told(kind, "state()"):

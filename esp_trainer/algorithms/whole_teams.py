@@ -12,12 +12,13 @@ import numpy as np
 
 from esp_trainer.algorithm import Spread
 from esp_trainer.algorithms.registry import algorithm_name
+from esp_trainer.arrays import Fitness, StoredArray, TeamGenomes, TeamVector, TeamVectors
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.esp.signal import Variance
 from esp_trainer.esp.team import as_candidates
 from esp_trainer.networks.controller import Controller
-from esp_trainer.types import EvolvedTeams, Fitness
+from esp_trainer.types import EvolvedTeams
 from predprey_env.settings import PartError
 
 NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
@@ -77,23 +78,23 @@ class WholeTeams(ABC):
         """Set up the population."""
 
     @abstractmethod
-    def vectors(self, generator: np.random.Generator) -> np.ndarray:
+    def vectors(self, generator: np.random.Generator) -> TeamVectors:
         """Return the teams of a generation, ``(n_teams, n_parameters)``."""
 
     @abstractmethod
-    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:
+    def learn(self, vectors: TeamVectors, scores: Fitness, generator: np.random.Generator) -> None:
         """Go on from the mean fitness of each team, ``(n_teams,)``; higher is better."""
 
     @abstractmethod
-    def around(self, vector: np.ndarray, generator: np.random.Generator) -> None:
+    def around(self, vector: TeamVector, generator: np.random.Generator) -> None:
         """Start again around a vector, ``(n_parameters,)``."""
 
     @abstractmethod
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, StoredArray]:
         """Return the state as arrays."""
 
     @abstractmethod
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+    def restore(self, state: Mapping[str, StoredArray]) -> None:
         """Take on a state."""
 
     # -- what coevolution calls -----------------------------------------------------------------------------------
@@ -113,7 +114,7 @@ class WholeTeams(ABC):
         indices = np.broadcast_to(indices, (len(order), *self.shape[:3]))
         return EvolvedTeams(self.controller, as_candidates(self.genomes_of(vectors)), indices)
 
-    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> float:  # noqa: ARG002
+    def tell(self, fitness: Fitness, champions: TeamGenomes, generator: np.random.Generator) -> float:  # noqa: ARG002
         """Go on from the fitness of each agent in each trial, ``(n_trials, n_agents)``; champions are not needed."""
         if self._asked is None:
             raise RuntimeError("tell() needs the teams of ask() first")
@@ -133,7 +134,7 @@ class WholeTeams(ABC):
         vectors = self._vectors.astype(np.float64)
         return Spread(float(vectors.std(axis=0).mean()), float(np.abs(vectors).mean()))
 
-    def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
+    def burst(self, champion: TeamGenomes, generator: np.random.Generator) -> None:
         """Start again around a champion, ``(n_genomes, n_networks, n_hidden, n_genes)``."""
         self.around(champion[self._used], generator)
 
@@ -145,13 +146,13 @@ class WholeTeams(ABC):
             raise ValueError(f"option n_teams must be at least 4, got {n_teams}")
         return n_teams
 
-    def genomes_of(self, vectors: np.ndarray) -> np.ndarray:
+    def genomes_of(self, vectors: TeamVectors) -> TeamGenomes:
         """Return the genes of teams, float32 ``(n_teams, *shape)``; genes that no network reads are 0."""
         genomes = np.zeros((len(vectors), *self.shape), np.float32)
         genomes[:, self._used] = vectors
         return genomes
 
-    def first_vectors(self, n: int, generator: np.random.Generator) -> np.ndarray:
+    def first_vectors(self, n: int, generator: np.random.Generator) -> TeamVectors:
         """Return ``n`` random teams, float32, uniform as in ESP."""
         limit = self.config.init_range
         return generator.uniform(-limit, limit, (n, self.n_parameters)).astype(np.float32)

@@ -12,11 +12,12 @@ from types import MappingProxyType
 
 import numpy as np
 
+from esp_trainer.arrays import Fitness, TeamGenomes
 from esp_trainer.coevolution.episodes import play_batch
 from esp_trainer.config import ChampionConfig
 from esp_trainer.esp.team import as_candidates, gather_genomes, in_every_trial
 from esp_trainer.networks.controller import Controller
-from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fitness, Fixed, Role, TeamBatch, TrialBatch
+from esp_trainer.types import ROLES, Evaluator, EvolvedTeams, Fixed, Role, TeamBatch, TrialBatch
 from predprey_env.agents import other_team
 
 
@@ -25,7 +26,7 @@ class Contenders:
     """The best teams of one side's trials, best first."""
 
     controller: Controller = field(repr=False)
-    genomes: np.ndarray = field(repr=False)
+    genomes: TeamGenomes = field(repr=False)
     """float32 ``(n_teams, n_agents, n_networks, n_hidden, n_genes)``, copied."""
     scores: Fitness = field(repr=False)
     """Fitness of each team in its trial, mean over agents, ``(n_teams,)``."""
@@ -43,7 +44,7 @@ class Champion:
     """The best team of one side in a generation."""
 
     controller: Controller = field(repr=False)
-    genomes: np.ndarray = field(repr=False)
+    genomes: TeamGenomes = field(repr=False)
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     score: float
     """Mean fitness against all contenders of the other side and past champions, or in its trial (``argmax``)."""

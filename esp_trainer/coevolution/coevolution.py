@@ -11,6 +11,7 @@ import numpy as np
 
 from esp_trainer.algorithm import Algorithm, Spread
 from esp_trainer.algorithms.registry import algorithm_name, failures_told
+from esp_trainer.arrays import EpisodeStarts, TeamGenomes
 from esp_trainer.coevolution.champions import Champion, Contenders, best_teams, choose_champions
 from esp_trainer.coevolution.episodes import play_batch
 from esp_trainer.coevolution.generation import Bred, Generation
@@ -31,7 +32,7 @@ from predprey_env.settings import PartError
 class Exploiter(NamedTuple):
     """The champion of a population that evolved against one team alone."""
 
-    genomes: np.ndarray
+    genomes: TeamGenomes
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     payoff: float
     """Mean payoff to the predators when it met that team, from held-out starts."""
@@ -172,7 +173,7 @@ class Coevolution:
                 parts[role].append(self._meet_past(role, teams, starts[:, n_present:], number))
         return parts
 
-    def _meet_past(self, role: Role, teams: EvolvedTeams, starts: np.ndarray, number: int) -> Part:
+    def _meet_past(self, role: Role, teams: EvolvedTeams, starts: EpisodeStarts, number: int) -> Part:
         """Play one side's teams, from ``starts`` ``(n_trials, n_episodes, ...)``, against past champions."""
         esp, other = self.config.esp, self.evolving[other_team(role)]
         n_trials, n_episodes = starts.shape[:2]
@@ -191,7 +192,7 @@ class Coevolution:
     def _with_fixed(self, evolved: Mapping[Role, TeamBatch], n_trials: int) -> dict[Role, TeamBatch]:
         return {**{role: side.as_teams(n_trials) for role, side in self.fixed.items()}, **evolved}
 
-    def _batch(self, teams: dict[Role, TeamBatch], starts: np.ndarray) -> TrialBatch:
+    def _batch(self, teams: dict[Role, TeamBatch], starts: EpisodeStarts) -> TrialBatch:
         return TrialBatch(teams["predators"], teams["prey"], starts)
 
     def _choose(self, asked: dict[Role, EvolvedTeams], trials: dict[Role, Trials], number: int) -> dict[Role, Champion]:

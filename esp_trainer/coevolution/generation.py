@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
 from esp_trainer.algorithm import Spread
+from esp_trainer.arrays import NeuronIndices
 from esp_trainer.coevolution.champions import Champion
 from esp_trainer.coevolution.trials import Trials
 from esp_trainer.esp.signal import Signal
@@ -21,7 +20,7 @@ class Bred(NamedTuple):
 
     parents: Parents
     """Parents of the new neurons. Past champions are named by their generation."""
-    champion: np.ndarray
+    champion: NeuronIndices
     """Slot of each neuron of the generation's champion before it bred, int ``(S,)``."""
     burst: bool
     """True if the side then started again around this champion."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from esp_trainer.arrays import Fractions, GenerationIndices, MemberIndices, TeamGenomes
 from predprey_env.settings import counted
 
 _REMEMBERED = 0.9
 """Factor on earlier results in each generation: they count less and less, as the opponents of the champions change."""
 
 
-def kept_generations(done: int, size: int) -> np.ndarray:
+def kept_generations(done: int, size: int) -> GenerationIndices:
     """Return the generations whose champions are kept after ``done`` generations: at most ``size``, in order.
 
     All are kept while there is room; then every second, every fourth and so on, and always the last. So a full hall of
@@ -47,11 +48,11 @@ class HallOfFame:
 
     def __init__(
         self,
-        champions: np.ndarray,
+        champions: TeamGenomes,
         size: int,
         done: int = 0,
         met: np.ndarray | None = None,
-        guests: np.ndarray | None = None,
+        guests: TeamGenomes | None = None,
     ) -> None:
         expected = len(kept_generations(done, size))
         if len(champions) != expected:
@@ -67,11 +68,11 @@ class HallOfFame:
         self.done = done
 
     @property
-    def generations(self) -> np.ndarray:
+    def generations(self) -> GenerationIndices:
         """Generation of each member; 0 for guests."""
         return np.append(np.zeros(len(self.guests), int), kept_generations(self.done, self.size))
 
-    def with_champion(self, champion: np.ndarray) -> HallOfFame:
+    def with_champion(self, champion: TeamGenomes) -> HallOfFame:
         """Return the hall of fame after one more generation.
 
         The generation's champion is ``(n_agents, n_networks, n_hidden, n_genes)``.
@@ -85,13 +86,13 @@ class HallOfFame:
         met = np.vstack([self.met[:n_guests], self.met[n_guests:][stay], [0.0, 0.0]])
         return HallOfFame(champions, self.size, self.done + 1, met, self.guests)
 
-    def with_guest(self, guest: np.ndarray) -> HallOfFame:
+    def with_guest(self, guest: TeamGenomes) -> HallOfFame:
         """Return the hall of fame with one more guest, ``(n_agents, n_networks, n_hidden, n_genes)``."""
         n_guests = len(self.guests)
         guests, met = np.concatenate([self.guests, guest[None]]), np.insert(self.met, n_guests, 0.0, axis=0)
         return HallOfFame(self.champions, self.size, self.done, met, guests)
 
-    def with_results(self, which: np.ndarray, won: np.ndarray) -> HallOfFame:
+    def with_results(self, which: MemberIndices, won: Fractions) -> HallOfFame:
         """Return the hall of fame with the results of some episodes against its members.
 
         Args:
@@ -103,14 +104,14 @@ class HallOfFame:
         met = _REMEMBERED * self.met + np.stack(new, axis=1)
         return HallOfFame(self.champions, self.size, self.done, met, self.guests)
 
-    def members(self, places: np.ndarray) -> np.ndarray:
+    def members(self, places: MemberIndices) -> TeamGenomes:
         """Return the genomes of the members in some places, int ``(n,)`` in ascending order."""
         n_guests = len(self.guests)
         own = np.searchsorted(places, n_guests)  # guests come first; copies no other members
         return np.concatenate([self.guests[places[:own]], self.champions[places[own:] - n_guests]])
 
     @property
-    def wins(self) -> np.ndarray:
+    def wins(self) -> Fractions:
         """Estimated win rate of each member, in (0, 1); 0.5 for a member without recent episodes."""
         return (self.met[:, 0] + 0.5) / (self.met[:, 1] + 1.0)
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from esp_trainer.arrays import TeamGenomes
 from esp_trainer.config import RunConfig
 from esp_trainer.files import DamagedFileError, digest_of_arrays, read_arrays, write_arrays
 from esp_trainer.types import ROLES, Role
@@ -32,7 +33,7 @@ class LeagueSource:
 class League:
     """Champions of other runs, by the side that they play. They never breed, and never leave the pool."""
 
-    genomes: Mapping[Role, np.ndarray] = field(default_factory=dict, repr=False)
+    genomes: Mapping[Role, TeamGenomes] = field(default_factory=dict, repr=False)
     """float32 ``(n_champions, n_agents, n_networks, n_hidden, n_genes)``, run by run."""
     sources: tuple[LeagueSource, ...] = ()
 
@@ -60,7 +61,7 @@ class League:
         sources = [asdict(source) for source in self.sources]
         write_arrays(path, "league", {"sources": sources}, self._arrays())
 
-    def _arrays(self) -> dict[str, np.ndarray]:
+    def _arrays(self) -> dict[str, TeamGenomes]:
         return {role: self.genomes[role] for role in ROLES if role in self.genomes}
 
     @classmethod
@@ -88,7 +89,7 @@ NO_LEAGUE = League()
 """League of a run whose opponent pools hold only its own champions."""
 
 
-def _fixed(genomes: np.ndarray) -> np.ndarray:
+def _fixed(genomes: TeamGenomes) -> TeamGenomes:
     """Return a read-only copy, which the halls of fame of all generations share."""
     copied = np.array(genomes, np.float32)
     copied.flags.writeable = False

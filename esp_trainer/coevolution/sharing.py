@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from esp_trainer.types import Fitness, TeamBatch
+from esp_trainer.arrays import Fitness
+from esp_trainer.types import TeamBatch
 
 
 def share_fitness(fitness: Fitness, opponents: TeamBatch) -> Fitness:

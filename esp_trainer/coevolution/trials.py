@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from esp_trainer.arrays import EpisodePayoffs, Fitness, Fractions, MemberIndices
 from esp_trainer.coevolution.sharing import share_fitness
 from esp_trainer.config import EspConfig
-from esp_trainer.types import Fitness, Role, TeamBatch, TrialResult
+from esp_trainer.types import Role, TeamBatch, TrialResult
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Part:
 
     fitness: Fitness = field(repr=False)
     """Fitness of each agent, ``(n_trials, n_episodes, n_agents)``."""
-    payoff: np.ndarray = field(repr=False)
+    payoff: EpisodePayoffs = field(repr=False)
     """Payoff of each episode to the predators, float64 ``(n_trials, n_episodes)``."""
     mean_payoff: float
     """Mean payoff over all episodes."""
@@ -26,11 +27,11 @@ class Part:
     """Opponents of each trial, or of each episode of each trial."""
     is_share: bool = True
     """True if a payoff is the share of a win, in [0, 1], as a fraction of prey caught is."""
-    past: np.ndarray | None = field(default=None, repr=False)
+    past: MemberIndices | None = field(default=None, repr=False)
     """Places of past champions in the hall of fame, int ``(n_trials, n_episodes)``; None for other opponents."""
 
     @classmethod
-    def of(cls, result: TrialResult, role: Role, opponents: TeamBatch, past: np.ndarray | None = None) -> Part:
+    def of(cls, result: TrialResult, role: Role, opponents: TeamBatch, past: MemberIndices | None = None) -> Part:
         """Return one side's part of a result.
 
         With ``past``, the trials of the result may be single episodes, which are gathered into
@@ -77,7 +78,7 @@ def summarise_trials(parts: Sequence[Part], esp: EspConfig) -> Trials:
     return Trials(fitness, centred(earned, esp.block_size), payoff)
 
 
-def ranked(payoff: np.ndarray) -> np.ndarray:
+def ranked(payoff: EpisodePayoffs) -> Fractions:
     """Return the rank of each payoff among all, from 0 for the lowest to 1 for the highest, float64 of the same shape.
 
     Equal payoffs share their mean rank. Payoffs of any scale become wins by this: half of the episodes are won.

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from esp_trainer.types import Fitness
+from esp_trainer.arrays import Fitness, NeuronIndices
 
 
 @dataclass(frozen=True)
 class Estimates:
     """Sums over the trials of the neurons of ``S`` subpopulations, ``P`` in each."""
 
-    totals: np.ndarray
+    totals: Fitness
     """Fitness minus the generation's mean, summed over trials, float64 ``(S, P)``."""
     trials: np.ndarray
     """Number of trials in each sum, earlier ones counted in part, float64 ``(S, P)``."""
@@ -29,7 +29,7 @@ class Estimates:
         """Return the estimates before the first trial."""
         return cls(np.zeros((n_subpopulations, size)), np.zeros((n_subpopulations, size)))
 
-    def after(self, totals: np.ndarray, trials: np.ndarray, memory: float) -> Estimates:
+    def after(self, totals: Fitness, trials: np.ndarray, memory: float) -> Estimates:
         """Return the estimates after a generation's trials. Earlier trials are multiplied by ``memory``."""
         return Estimates(memory * self.totals + totals, memory * self.trials + trials)
 
@@ -43,7 +43,7 @@ class Estimates:
         np.divide(self.totals, behind, out=scores, where=behind > 0)
         return scores
 
-    def without(self, replaced: np.ndarray) -> Estimates:
+    def without(self, replaced: NeuronIndices) -> Estimates:
         """Return the estimates after some neurons, int ``(S, n)``, were replaced: the new ones have no trials."""
         known = np.ones(self.trials.shape)
         np.put_along_axis(known, replaced, 0.0, axis=1)

@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from esp_trainer.types import Fitness
+from esp_trainer.arrays import Counts, Fitness, NeuronIndices
 
 
-def sums_by_neuron(chosen: np.ndarray, fitness: Fitness, size: int) -> tuple[np.ndarray, np.ndarray]:
+def sums_by_neuron(chosen: NeuronIndices, fitness: Fitness, size: int) -> tuple[Fitness, Counts]:
     """Return the summed fitness of the trials that each neuron took part in, and their number: ``(S, size)`` each.
 
     Args:
@@ -27,7 +27,7 @@ def sums_by_neuron(chosen: np.ndarray, fitness: Fitness, size: int) -> tuple[np.
     return total.reshape(shape), times.reshape(shape)
 
 
-def ranking(fitness: Fitness) -> np.ndarray:
+def ranking(fitness: Fitness) -> NeuronIndices:
     """Return the neurons of each subpopulation from best to worst, int ``(S, P)``; ties go to the lower index."""
     return np.argsort(-fitness, axis=-1, kind="stable")
 
@@ -43,7 +43,7 @@ def draw_mates(
 
 
 def one_point_crossover(
-    generator: np.random.Generator, first: np.ndarray, second: np.ndarray, used: np.ndarray
+    generator: np.random.Generator, first: np.ndarray, second: np.ndarray, used: Counts
 ) -> np.ndarray:
     """Return both children of each pair of gene strings, cut at a random place that leaves each parent a gene.
 
@@ -53,12 +53,12 @@ def one_point_crossover(
     return join_at_cuts(first, second, draw_cuts(generator, first.shape[1], used))
 
 
-def draw_cuts(generator: np.random.Generator, n_pairs: int, used: np.ndarray) -> np.ndarray:
+def draw_cuts(generator: np.random.Generator, n_pairs: int, used: Counts) -> Counts:
     """Sample where the genes of each pair are cut, int ``(S, n_pairs)``: the number of genes before the cut."""
     return generator.integers(1, used[:, None], (len(used), n_pairs))
 
 
-def join_at_cuts(first: np.ndarray, second: np.ndarray, cuts: np.ndarray) -> np.ndarray:
+def join_at_cuts(first: np.ndarray, second: np.ndarray, cuts: Counts) -> np.ndarray:
     """Return both children of each pair of gene strings, as :func:`one_point_crossover` does, from their cuts."""
     n_subpopulations, n_pairs, n_genes = first.shape
     head = np.arange(n_genes) < cuts[:, :, None]
@@ -75,7 +75,7 @@ def truncated_cauchy(generator: np.random.Generator, n: int, scale: float, limit
 
 
 def mutate(
-    generator: np.random.Generator, children: np.ndarray, used: np.ndarray, rate: float, scale: float, limit: float
+    generator: np.random.Generator, children: np.ndarray, used: Counts, rate: float, scale: float, limit: float
 ) -> None:
     """With probability ``rate``, change one random gene of a child, in place, by a Cauchy-distributed number.
 

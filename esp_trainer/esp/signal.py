@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from esp_trainer.arrays import Fitness, NeuronIndices
 from esp_trainer.esp.operators import sums_by_neuron
-from esp_trainer.types import Fitness
 
 
 class Signal(NamedTuple):
@@ -33,7 +33,7 @@ class Variance:
         self._between = self._within = 0.0
         self._n_between = self._n_within = 0
 
-    def add(self, chosen: np.ndarray, fitness: Fitness, size: int) -> None:
+    def add(self, chosen: NeuronIndices, fitness: Fitness, size: int) -> None:
         """Add the subpopulations of an agent.
 
         Args:

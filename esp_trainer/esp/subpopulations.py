@@ -13,27 +13,28 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from esp_trainer.algorithm import Spread, restored
+from esp_trainer.arrays import Counts, Fitness, Genomes, Indices, MemberIndices, NeuronIndices, StoredArray, TeamGenomes
 from esp_trainer.config import EspConfig
 from esp_trainer.esp import operators
 from esp_trainer.esp.estimates import Estimates
 from esp_trainer.esp.signal import Variance
 from esp_trainer.networks.controller import Controller
-from esp_trainer.types import EvolvedTeams, Fitness, Genomes
+from esp_trainer.types import EvolvedTeams
 
 
 class Parents(NamedTuple):
     """Parents of the neurons that one generation bred, in ``S`` subpopulations. Slots are indices of neurons."""
 
-    elite: np.ndarray
+    elite: NeuronIndices
     """Slot of each breeding neuron, the first parent of its pair, int ``(S, n_elite)``."""
-    mates: np.ndarray
+    mates: NeuronIndices
     """Slot of its mate, int ``(S, n_elite)``."""
-    past: np.ndarray
+    past: MemberIndices
     """Place in the hall of fame of the past champion that is the mate instead, for the last ``hof_mates`` pairs: int
     ``(S, hof_mates)``; -1 where there is none."""
-    cuts: np.ndarray
+    cuts: Counts
     """Number of genes before the cut of each pair, int ``(S, n_elite)``."""
-    children: np.ndarray
+    children: NeuronIndices
     """Slots that the children took, those of a pair side by side, int ``(S, 2 * n_elite)``."""
 
 
@@ -59,7 +60,7 @@ class Subpopulations:
         self.genomes = np.ascontiguousarray(genomes)  # contiguous: bred in place through reshaped views
         self._used = np.tile(np.repeat(controller.used_genes, n_hidden), len(genomes))  # genes in use
         self.estimates = estimates or Estimates.none(len(self._used), config.subpopulation_size)
-        self._asked: np.ndarray | None = None
+        self._asked: Indices | None = None
         self.keeps_parents = False
         """True if :attr:`parents` is filled by :meth:`tell`."""
         self.parents: Parents | None = None
@@ -89,7 +90,7 @@ class Subpopulations:
         indices = generator.integers(0, size, shape).astype(np.min_scalar_type(size - 1))
         return EvolvedTeams(self.controller, self.genomes, indices)
 
-    def tell(self, fitness: Fitness, champions: np.ndarray, generator: np.random.Generator) -> float:
+    def tell(self, fitness: Fitness, champions: TeamGenomes, generator: np.random.Generator) -> float:
         """Breed the next generation. Return the signal of selection, :attr:`~.signal.Signal.share`.
 
         Args:
@@ -114,7 +115,7 @@ class Subpopulations:
         self._breed(operators.ranking(scores), champions, generator)
         return share
 
-    def _score(self, chosen: np.ndarray, earned: Fitness) -> tuple[Fitness, float]:
+    def _score(self, chosen: NeuronIndices, earned: Fitness) -> tuple[Fitness, float]:
         """Return the score of each neuron, ``(S, size)``, and the signal of the generation's trials.
 
         Args:
@@ -138,7 +139,7 @@ class Subpopulations:
         self.estimates = self.estimates.after(now.totals, now.trials, config.memory)
         return self.estimates.scores(config.prior_trials), variance.share()
 
-    def _breed(self, ranks: np.ndarray, champions: np.ndarray, generator: np.random.Generator) -> None:
+    def _breed(self, ranks: NeuronIndices, champions: TeamGenomes, generator: np.random.Generator) -> None:
         """Pair each elite neuron with a mate, in rank order; the children replace the worst neurons, the last first."""
         config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
         each = np.arange(len(ranks))[:, None]
@@ -159,12 +160,12 @@ class Subpopulations:
         if self.keeps_parents:
             self.parents = Parents(ranks[:, : config.n_elite], ranks[each, mated], drawn, cuts, places)
 
-    def state(self) -> dict[str, np.ndarray]:
+    def state(self) -> dict[str, StoredArray]:
         """Return the genes, and with ``memory`` the estimates."""
         remembered = {"totals": self.estimates.totals, "trials": self.estimates.trials} if self.config.memory else {}
         return {"genomes": self.genomes, **remembered}
 
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+    def restore(self, state: Mapping[str, StoredArray]) -> None:
         """Take on the genes, and with ``memory`` the estimates."""
         self.genomes = restored(state, "genomes", self.genomes)
         if self.config.memory:
@@ -185,7 +186,7 @@ class Subpopulations:
         read = np.arange(self.genomes.shape[-1]) < self._used[:, None]
         return Spread(*(float(np.concatenate(values)[read].mean()) for values in (deviations, sizes)))
 
-    def burst(self, champion: np.ndarray, generator: np.random.Generator) -> None:
+    def burst(self, champion: TeamGenomes, generator: np.random.Generator) -> None:
         """Start all subpopulations again around a champion ``(n_agents, n_networks, n_hidden, n_genes)``.
 
         The champion's neuron is the first of each subpopulation (burst mutation, Gomez & Miikkulainen 1999).
@@ -199,7 +200,7 @@ class Subpopulations:
         self.estimates = Estimates.none(*self.estimates.totals.shape)
 
 
-def _only_used(genes: np.ndarray, controller: Controller) -> np.ndarray:
+def _only_used(genes: Genomes, controller: Controller) -> Genomes:
     """Return genes ``(n_genomes, n_networks, n_hidden, size, n_genes)`` with those that no network reads set to 0."""
     used = np.arange(controller.n_genes) < np.array(controller.used_genes)[:, None]
     return np.where(used[:, None, None], genes, genes.dtype.type(0))

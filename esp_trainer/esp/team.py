@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.arrays import Genomes, TeamGenomes
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.controller import make_controller, wiring_for
 from esp_trainer.esp.network import Networks
@@ -17,6 +18,7 @@ from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import ROLES, EvolvedTeams, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
+from predprey_env.arrays import Observations
 from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies.protocol import Memories, choose, memory_rows
@@ -44,7 +46,7 @@ class Team:
     role: Role
     side: SideConfig
     controller: Controller
-    genomes: np.ndarray
+    genomes: TeamGenomes
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``; a single genome for all agents of a central controller."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Origin of the team, as JSON values: the config of its run, its generation and its scores. ``"env"`` in it is the
@@ -121,7 +123,7 @@ class Team:
         """Start an episode. The seed determines sampled actions; a team that takes the most votes has no randomness."""
         self._memories.reset(seed)
 
-    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+    def act(self, observations: Observations) -> dict[str, int]:
         """Return an action for each agent of this team that has an observation, float32 ``(n_seen,)``."""
         networks, other = self.networks(), PREFIXES[other_team(self.role)]
         rows = {agent: agent_number(agent) for agent in observations if not agent.startswith(other)}
@@ -243,7 +245,7 @@ def _as_json(value: Any) -> Any:
     return number
 
 
-def gather_genomes(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
+def gather_genomes(teams: EvolvedTeams, trials: np.ndarray) -> TeamGenomes:
     """Return a copy of the genomes of the teams of some trials.
 
     The result is float32 ``(len(trials), n_agents, n_networks, n_hidden, n_genes)``.
@@ -252,12 +254,12 @@ def gather_genomes(teams: EvolvedTeams, trials: np.ndarray) -> np.ndarray:
     return teams.genomes[agent, network, neuron, teams.indices[trials]]
 
 
-def in_every_trial(controller: Controller, genomes: np.ndarray, n_trials: int) -> EvolvedTeams:
+def in_every_trial(controller: Controller, genomes: TeamGenomes, n_trials: int) -> EvolvedTeams:
     """Repeat one team ``(n_agents, n_networks, n_hidden, n_genes)`` for all trials of a batch."""
     return EvolvedTeams(controller, genomes[:, :, :, None], np.zeros((n_trials, *genomes.shape[:3]), np.int64))
 
 
-def as_candidates(genomes: np.ndarray) -> np.ndarray:
+def as_candidates(genomes: TeamGenomes) -> Genomes:
     """Return whole teams ``(n_teams, n_agents, n_networks, n_hidden, n_genes)`` as candidates of each neuron."""
     return np.ascontiguousarray(np.moveaxis(genomes, 0, 3))
 

@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from esp_trainer.arrays import EpisodeStarts, Fitness, Steps
 from esp_trainer.evaluation.seats import Seats, Squad
 from esp_trainer.game import Environment, Game, GameError, ManyEpisodes
 from esp_trainer.types import ROLES, Role
@@ -30,16 +31,16 @@ class Job(NamedTuple):
     """Episodes to play: all of some trials."""
 
     squads: Squads
-    seeds: np.ndarray
+    seeds: EpisodeStarts
     """Seed of each episode, int64 ``(n_trials, n_episodes)``."""
 
 
 class JobResult(NamedTuple):
     """The results of a job."""
 
-    fitness: np.ndarray
+    fitness: Fitness
     """Undiscounted return of each agent, predators first, float64 ``(n_trials, n_episodes, n_agents)``."""
-    steps: np.ndarray
+    steps: Steps
     """Calls of ``step`` in each episode, int64 ``(n_trials, n_episodes)``."""
 
 

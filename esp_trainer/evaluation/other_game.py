@@ -25,6 +25,7 @@ from esp_trainer.types import (
     no_teams,
     zero_sum_part,
 )
+from predprey_env.arrays import Observation
 
 _JOBS_PER_PROCESS = 4  # so that a process with short episodes takes over jobs from the others
 _LEAST_SIDE_BY_SIDE = 512  # episodes in a job, as a step in arrays takes nearly as long for a few of them
@@ -136,7 +137,7 @@ def _check_many(config: GameConfig, env: Environment) -> None:
     courses = [_course(env, seed) for seed in seeds.tolist()]
     generators = [np.random.default_rng(seed) for seed in seeds.tolist()]
     many, rewards, over = env.many(), dict[str, np.ndarray](), np.zeros(len(seeds), np.bool_)
-    observations: Mapping[str, np.ndarray] = many.reset(seeds)
+    observations: Mapping[str, Observation] = many.reset(seeds)
     for step in range(max(map(len, courses))):
         if step:
             drawn = {

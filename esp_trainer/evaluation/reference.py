@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from pettingzoo import ParallelEnv
 
+from esp_trainer.arrays import EpisodeStarts
 from esp_trainer.config import SideConfig
 from esp_trainer.esp.team import Team, gather_genomes
 from esp_trainer.evaluation.starts import CellStarts
@@ -29,6 +30,7 @@ from esp_trainer.types import (
     zero_sum_part,
 )
 from predprey_env import PredPreyEnv
+from predprey_env.arrays import Observation
 from predprey_env.config import EnvConfig
 from predprey_env.envs.team import observed_by
 from predprey_env.policies import Policy, ScriptedTeam
@@ -37,11 +39,11 @@ from predprey_env.policies import Policy, ScriptedTeam
 class ResettableStarts(Starts, Protocol):
     """Starts that an environment can be reset to."""
 
-    def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
+    def reset_arguments(self, start: EpisodeStarts) -> dict[str, Any]:
         """Return the arguments of ``reset`` for a start."""
         ...
 
-    def policy_seed(self, start: np.ndarray) -> int:
+    def policy_seed(self, start: EpisodeStarts) -> int:
         """Return the seed with which both teams are reset in an episode from a start."""
         ...
 
@@ -61,7 +63,7 @@ class ReferenceEvaluator:
 
     def __init__(
         self,
-        make_env: Callable[[], ParallelEnv[str, np.ndarray, int]],
+        make_env: Callable[[], ParallelEnv[str, Observation, int]],
         starts: ResettableStarts,
         teams: tuple[str, str] = ("predator_", "prey_"),
     ) -> None:
@@ -99,7 +101,7 @@ class ReferenceEvaluator:
         return replace(result, returned=zero_sum_part(result.fitness, len(self.agents["predators"])))
 
     def play(
-        self, policies: dict[Role, Policy], start: np.ndarray
+        self, policies: dict[Role, Policy], start: EpisodeStarts
     ) -> Iterator[tuple[dict[str, float], dict[str, dict[str, Any]]]]:
         """Play one episode. Yield the rewards and the infos of all agents after each step."""
         observations, infos = self.env.reset(**self.starts.reset_arguments(start))

@@ -10,13 +10,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from esp_trainer.arrays import BoolMask
 from esp_trainer.esp.network import Networks
 from esp_trainer.esp.team import gather_genomes
 from esp_trainer.game import GameError
 from esp_trainer.networks.controller import Controller
 from esp_trainer.types import EvolvedTeams, Role, ScriptedTeams, TeamBatch
+from predprey_env.arrays import Actions, Observation, Observations
 from predprey_env.config import TeamShape
 from predprey_env.jit.compilation import entry_point
+from predprey_env.jit.values import FloatRows
 from predprey_env.policies.protocol import choose, first_memory, memory_rows
 from predprey_env.policies.scripted import NUMBERS, Script
 
@@ -59,12 +62,12 @@ class Squad(NamedTuple):
 def _choose_networks(
     controller: Controller,
     weights: np.ndarray,
-    inputs: np.ndarray,
-    votes: np.ndarray,
-    seen: np.ndarray,
+    inputs: FloatRows,
+    votes: FloatRows,
+    seen: Observation,
     memory: np.ndarray,
-    acts: np.ndarray,
-    actions: np.ndarray,
+    acts: BoolMask,
+    actions: Actions,
 ) -> None:
     for world in range(len(actions)):
         networks = Networks(controller, weights[world], inputs, votes)
@@ -74,7 +77,7 @@ def _choose_networks(
 
 
 @entry_point
-def _choose_script(script: Script, seen: np.ndarray, memory: np.ndarray, acts: np.ndarray, actions: np.ndarray) -> None:
+def _choose_script(script: Script, seen: Observation, memory: np.ndarray, acts: BoolMask, actions: Actions) -> None:
     for world in range(len(actions)):
         for agent in range(actions.shape[1]):
             if acts[world, agent]:
@@ -111,7 +114,7 @@ class Seats:
         self._weights[copy] = self._squad.weights[trial]
         _remember(self._memory[copy], seed % 2**31, self._prey)
 
-    def look(self, copy: int, observations: dict[str, np.ndarray], agents: Sequence[str]) -> None:
+    def look(self, copy: int, observations: Observations, agents: Sequence[str]) -> None:
         """Note what the agents of a copy observe. Those that have left, or observe nothing, do not act."""
         for number, name in enumerate(self.names):
             self._acts[copy, number] = name in observations and name in agents
@@ -121,7 +124,7 @@ class Seats:
                     raise GameError(f"{name} must observe {self._shape.n_seen} numbers, got shape {np.shape(seen)}")
                 self._seen[copy, number] = seen
 
-    def look_at_all(self, observations: Mapping[str, np.ndarray], playing: np.ndarray) -> None:
+    def look_at_all(self, observations: Mapping[str, Observation], playing: BoolMask) -> None:
         """Note what the agents of all copies observe. Those whose episode is over do not act."""
         self._acts[:] = playing[:, None]
         for number, name in enumerate(self.names):
@@ -130,7 +133,7 @@ class Seats:
                 raise GameError(f"{name} must observe numbers of shape {expected}, got {seen.shape}")
             self._seen[:, number] = seen
 
-    def actions_of_all(self) -> dict[str, np.ndarray]:
+    def actions_of_all(self) -> dict[str, Actions]:
         """Return the actions of each agent in all copies, int64 ``(n_copies,)``."""
         return {name: self._actions[:, number].copy() for number, name in enumerate(self.names)}
 

@@ -7,9 +7,10 @@ from functools import lru_cache
 import numpy as np
 
 from esp_trainer import cluster
+from esp_trainer.arrays import EpisodeStarts, Indices
 from esp_trainer.evaluation.fused import FusedEvaluator, blocks
 from esp_trainer.networks.controller import Controller
-from esp_trainer.types import Indices, TeamBatch, TrialBatch, TrialResult
+from esp_trainer.types import TeamBatch, TrialBatch, TrialResult
 from predprey_env.config import EnvConfig
 
 LEAST_EPISODES = 500
@@ -64,7 +65,10 @@ class ShardedEvaluator:
 
 
 def _play(
-    common: tuple[EnvConfig, TeamBatch, TeamBatch], predators: Indices | None, prey: Indices | None, starts: np.ndarray
+    common: tuple[EnvConfig, TeamBatch, TeamBatch],
+    predators: Indices | None,
+    prey: Indices | None,
+    starts: EpisodeStarts,
 ) -> TrialResult:
     """Play a shard, on a worker."""
     env, hunters, hunted = common

@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.arrays import Counts, EpisodeStarts
 from esp_trainer.evaluation.kernel import seed_of
+from predprey_env.arrays import Starts
 from predprey_env.config import EnvConfig
 from predprey_env.rules.starts import draw_starts, on_a_predator
 
@@ -24,12 +26,12 @@ class CellStarts:
     def __init__(self, config: EnvConfig) -> None:
         self.config = config
 
-    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> np.ndarray:
+    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> Starts:
         """Sample uniform starts."""
         starts = draw_starts(generator, n_trials * n_episodes, self.config)
         return starts.reshape(n_trials, n_episodes, self.config.n_agents, 2)
 
-    def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
+    def held_out(self, generator: np.random.Generator, n_trials: int) -> Starts:
         """Sample starts, one per trial, with the parities in their true proportions: exactly, for multiples of 8.
 
         On an even torus the agents' parities relative to the first prey run through all patterns in turn. With three
@@ -47,15 +49,15 @@ class CellStarts:
             _part(generator, starts, odd, config)
         return starts[:, None]
 
-    def even_predators(self, starts: np.ndarray) -> np.ndarray:
+    def even_predators(self, starts: Starts) -> Counts:
         """Return the number of predators that start at an even distance from each prey: int ``(..., n_prey)``."""
         return (distances(starts, self.config) % 2 == 0).sum(axis=-2)
 
-    def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
+    def reset_arguments(self, start: Starts) -> dict[str, Any]:
         """Return the arguments of the environment's ``reset`` for a start."""
         return {"options": {"starts": start}}
 
-    def policy_seed(self, start: np.ndarray) -> int:
+    def policy_seed(self, start: Starts) -> int:
         """Return the seed with which both teams are reset in an episode from a start."""
         return int(seed_of(start))
 
@@ -66,35 +68,35 @@ class SeedStarts:
     def __init__(self, n_prey: int) -> None:
         self.n_prey = n_prey
 
-    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> np.ndarray:
+    def draw(self, generator: np.random.Generator, n_trials: int, n_episodes: int) -> EpisodeStarts:
         """Sample seeds."""
         return generator.integers(0, 2**31, (n_trials, n_episodes))
 
-    def held_out(self, generator: np.random.Generator, n_trials: int) -> np.ndarray:
+    def held_out(self, generator: np.random.Generator, n_trials: int) -> EpisodeStarts:
         """Sample seeds, one per trial."""
         return self.draw(generator, n_trials, 1)
 
-    def even_predators(self, starts: np.ndarray) -> np.ndarray:
+    def even_predators(self, starts: EpisodeStarts) -> Counts:
         """Return zeros, as the parities of these starts are unknown."""
         return np.zeros((*starts.shape, self.n_prey), int)
 
-    def reset_arguments(self, start: np.ndarray) -> dict[str, Any]:
+    def reset_arguments(self, start: EpisodeStarts) -> dict[str, Any]:
         """Return the arguments of the environment's ``reset`` for a start."""
         return {"seed": int(start)}
 
-    def policy_seed(self, start: np.ndarray) -> int:
+    def policy_seed(self, start: EpisodeStarts) -> int:
         """Return the seed with which both teams are reset in an episode from a start."""
         return int(start)
 
 
-def distances(starts: np.ndarray, config: EnvConfig) -> np.ndarray:
+def distances(starts: Starts, config: EnvConfig) -> np.ndarray:
     """Return toroidal Manhattan distances, int ``(..., n_predators, n_prey)``, of starts ``(..., n_agents, 2)``."""
     predators, prey = starts[..., : config.n_predators, None, :], starts[..., None, config.n_predators :, :]
     apart = np.abs(predators - prey)
     return np.minimum(apart, config.size - apart).sum(axis=-1)
 
 
-def _part(generator: np.random.Generator, starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> None:
+def _part(generator: np.random.Generator, starts: Starts, odd: np.ndarray, config: EnvConfig) -> None:
     """Move prey that start on a predator to random cells of the same parity, in place.
 
     Sample all agents of a start again if many attempts fail.
@@ -114,7 +116,7 @@ def _part(generator: np.random.Generator, starts: np.ndarray, odd: np.ndarray, c
         starts[again] = fresh
 
 
-def _with_parities(starts: np.ndarray, odd: np.ndarray, config: EnvConfig) -> np.ndarray:
+def _with_parities(starts: Starts, odd: np.ndarray, config: EnvConfig) -> Starts:
     """Return starts in which the agents marked ``odd``, and no others, are at an odd distance from the first prey.
 
     An agent with the other parity moves to the second cell of a pair of neighbours, so that the cells stay uniform.

@@ -14,6 +14,9 @@ import numpy as np
 from gymnasium.utils import seeding
 from mpe2 import simple_tag_v3
 
+from esp_trainer.arrays import BoolMask
+from predprey_env.arrays import Actions, Observation, Seeds
+
 _MOVES = np.array([[0.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 _STEP, _DAMPING, _CONTACT, _MARGIN = 0.1, 0.25, 1e2, 1e-3
 _ADVERSARY, _AGENT, _OBSTACLE = 0.075, 0.05, 0.2  # radii
@@ -47,7 +50,7 @@ class ManyTag:
         self._accelerations = [3.0] * num_adversaries + [4.0] * num_good
         self._most = [1.0] * num_adversaries + [1.3] * num_good  # speeds
 
-    def reset(self, seeds: np.ndarray) -> dict[str, np.ndarray]:
+    def reset(self, seeds: Seeds) -> dict[str, Observation]:
         """Begin an episode for each seed."""
         n_all = len(self._radii)
         self._steps, self._at = 0, np.empty((n_all, len(seeds), 2))
@@ -59,9 +62,7 @@ class ManyTag:
         self._speed = np.zeros((self._n_movers, len(seeds), 2))
         return self._seen()
 
-    def step(
-        self, actions: Mapping[str, np.ndarray]
-    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray], np.ndarray]:
+    def step(self, actions: Mapping[str, Actions]) -> tuple[dict[str, Observation], dict[str, np.ndarray], BoolMask]:
         """Take a step in all episodes."""
         for i, force in enumerate(self._forces(actions)):
             self._at[i] += self._speed[i] * _STEP
@@ -74,7 +75,7 @@ class ManyTag:
         self._steps += 1
         return self._seen(), self._rewards(), np.full(self._at.shape[1], self._steps >= self._max_cycles)
 
-    def _forces(self, actions: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+    def _forces(self, actions: Mapping[str, Actions]) -> list[np.ndarray]:
         """Return the force on each mover: its own, and those of all that it touches."""
         forces = [_MOVES[actions[name]] * self._accelerations[i] for i, name in enumerate(self._names)]
         for a in range(self._n_movers):
@@ -88,7 +89,7 @@ class ManyTag:
                     forces[b] = -push + forces[b]
         return forces
 
-    def _seen(self) -> dict[str, np.ndarray]:
+    def _seen(self) -> dict[str, Observation]:
         """Return what each sees: itself, the obstacles and the others from itself, and the other agents' speeds."""
         movers, obstacles = range(self._n_movers), range(self._n_movers, len(self._radii))
         seen = {}

@@ -12,6 +12,7 @@ import numpy as np
 
 from esp_trainer.algorithm import Algorithm
 from esp_trainer.algorithms.registry import algorithm_name, failures_told, state_of
+from esp_trainer.arrays import StoredArray, TeamGenomes
 from esp_trainer.coevolution.hall_of_fame import HallOfFame, kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.coevolution.sides import EvolvingSide, Side, new_hall_of_fame, new_sides, side_config
@@ -30,7 +31,7 @@ class OtherConfigError(ValueError):
 
 def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], generations: int) -> None:
     """Write the state after a number of generations."""
-    arrays: dict[str, np.ndarray] = {}
+    arrays: dict[str, StoredArray] = {}
     progress: dict[str, Any] = {}
     for role, side in sides.items():
         if isinstance(side, EvolvingSide):
@@ -75,7 +76,7 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
     return sides, generations
 
 
-def load_champions(path: Path, config: RunConfig) -> tuple[dict[Role, np.ndarray], int]:
+def load_champions(path: Path, config: RunConfig) -> tuple[dict[Role, TeamGenomes], int]:
     """Return the champions in the hall of fame of each side that evolves, and the number of generations behind them.
 
     The algorithms are not restored: one that was told all again would take seconds.
@@ -98,7 +99,7 @@ def generations_in(path: Path, config: RunConfig) -> int:
         return int(_read(path, config)[0]["generations"])
 
 
-def _read(path: Path, config: RunConfig) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def _read(path: Path, config: RunConfig) -> tuple[dict[str, Any], dict[str, StoredArray]]:
     header, arrays = read_arrays(path, "checkpoint")
     different = difference(RunConfig.from_dict(header.get("config", {})).model_dump(), config.model_dump())
     if different:
@@ -146,7 +147,7 @@ def _algorithm(side: Side) -> str:
 
 
 def _hall_of_fame(
-    empty: HallOfFame, role: Role, config: RunConfig, arrays: dict[str, np.ndarray], generations: int
+    empty: HallOfFame, role: Role, config: RunConfig, arrays: dict[str, StoredArray], generations: int
 ) -> HallOfFame:
     """Return a side's hall of fame from a checkpoint; ``empty`` is that of the first generation."""
     fame = arrays[f"{role}.hall_of_fame"]
@@ -166,7 +167,7 @@ def _hall_of_fame(
     return HallOfFame(fame, size, generations, np.vstack([guests_met, met]), guests)
 
 
-def _restore_algorithm(algorithm: Algorithm, role: Role, arrays: dict[str, np.ndarray]) -> None:
+def _restore_algorithm(algorithm: Algorithm, role: Role, arrays: dict[str, StoredArray]) -> None:
     prefix = f"{role}."
     state = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
     try:
@@ -180,7 +181,7 @@ def _restore_algorithm(algorithm: Algorithm, role: Role, arrays: dict[str, np.nd
         raise KeyError(f"{prefix}{error.args[0]}") from None
 
 
-def _check(name: str, array: np.ndarray, shape: tuple[int, ...], kind: type[np.floating[Any]] = np.float32) -> None:
+def _check(name: str, array: StoredArray, shape: tuple[int, ...], kind: type[np.floating[Any]] = np.float32) -> None:
     if array.shape != shape or array.dtype != kind:
         raise ValueError(f"{name} must be {kind.__name__} of shape {shape}, got {array.dtype} of shape {array.shape}")
 

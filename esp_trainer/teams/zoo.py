@@ -11,8 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from esp_trainer.arrays import Counts, PayoffMatrix
 from esp_trainer.esp.team import Team
 from esp_trainer.files import DamagedFileError, digest_of, read_arrays
 from esp_trainer.statistics import Rate
@@ -70,7 +69,7 @@ class Zoo:
     """Names of the rows: teams, then scripts."""
     prey: tuple[str, ...] = field(repr=False)
     """Names of the columns: teams, then scripts."""
-    captured: np.ndarray = field(repr=False)
+    captured: Counts = field(repr=False)
     """Number of prey caught in all episodes of each pair, from the same starts, int ``(n_predators, n_prey)``."""
     n_episodes: int
     """Number of episodes of each pair."""
@@ -80,7 +79,7 @@ class Zoo:
     """SHA-256 of the index of the whole zoo."""
 
     @property
-    def caught(self) -> np.ndarray:
+    def caught(self) -> PayoffMatrix:
         """Fraction of prey caught, float64 ``(n_predators, n_prey)``."""
         return self.captured / (self.n_episodes * self.n_prey)
 

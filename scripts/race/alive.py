@@ -6,8 +6,8 @@ from typing import Any, Self
 
 import numpy as np
 
+from esp_trainer.arrays import Fitness
 from esp_trainer.esp.subpopulations import Subpopulations
-from esp_trainer.types import Fitness
 
 
 class Alive(Subpopulations):

@@ -14,9 +14,9 @@ from esp_trainer.algorithms import WholeTeams
 from esp_trainer.algorithms.ask_tell import AskTell
 from esp_trainer.algorithms.registry import failures_told
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import Fitness
 from esp_trainer.cli import main
 from esp_trainer.esp.team import Team
-from esp_trainer.types import Fitness
 from predprey_env.settings import PartError
 
 SMALL = ["--generations", "2", "--esp.n_trials", "16", "--esp.subpopulation_size", "8", "--esp.hof_mates", "0"]
