@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.arrays import ActionProbabilities
 from esp_trainer.types import PolicyError
+from predprey_env.arrays import Actions, Observation, Observations
 from predprey_env.config import TeamShape
 from predprey_env.settings import brief
 
@@ -22,19 +24,19 @@ class BatchedPolicy(ABC):
     def reset(self, seed: int | None = None) -> None:  # noqa: B027 - not abstract: most policies need none
         """Do nothing: the policy has no memory, and no randomness."""
 
-    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+    def act(self, observations: Observations) -> dict[str, int]:
         """Return an action for each agent that has an observation, float32 ``(n_seen,)``."""
         if not observations:
             return {}
         chosen = self.choose(np.stack(list(observations.values())))
         return dict(zip(observations, chosen.tolist(), strict=True))
 
-    def act_batch(self, observations: np.ndarray) -> np.ndarray:
+    def act_batch(self, observations: Observation) -> Actions:
         """Return actions ``(n_worlds, n_agents)`` for observations float32 ``(n_worlds, n_agents, n_seen)``."""
         return self.choose(observations.reshape(-1, observations.shape[-1])).reshape(observations.shape[:-1])
 
     @abstractmethod
-    def choose(self, rows: np.ndarray) -> np.ndarray:
+    def choose(self, rows: Observation) -> Actions:
         """Return actions, int ``(n,)``, for rows of observations, float32 ``(n, n_seen)``."""
 
 
@@ -50,7 +52,7 @@ class WeighingPolicy(BatchedPolicy):
         self._n_actions = shape.n_actions
         self.drawn = drawn
 
-    def chances_batch(self, observations: np.ndarray) -> np.ndarray:
+    def chances_batch(self, observations: Observation) -> ActionProbabilities:
         """Return the probabilities of all actions, float64 ``(n_worlds, n_agents, n_actions)``.
 
         The observations are float32 ``(n_worlds, n_agents, n_seen)``. Raises :class:`ValueError` if the policy gives no
@@ -60,7 +62,7 @@ class WeighingPolicy(BatchedPolicy):
         return found.astype(np.float64).reshape(*observations.shape[:-1], self._n_actions)
 
     @abstractmethod
-    def weigh(self, rows: np.ndarray) -> np.ndarray:
+    def weigh(self, rows: Observation) -> ActionProbabilities:
         """Return the probabilities of all actions, ``(n, n_actions)``, for rows of observations."""
 
 
@@ -88,11 +90,11 @@ class SB3Policy(WeighingPolicy):
         if self.drawn:
             self._model.set_random_seed(seed)
 
-    def choose(self, rows: np.ndarray) -> np.ndarray:
+    def choose(self, rows: Observation) -> Actions:
         """Return the actions that the model predicts."""
         return np.asarray(self._model.predict(rows, deterministic=not self.drawn)[0])
 
-    def weigh(self, rows: np.ndarray) -> np.ndarray:
+    def weigh(self, rows: Observation) -> ActionProbabilities:
         """Return the probabilities of a model that has a distribution over actions, such as PPO and A2C."""
         policy = self._model.policy
         if not hasattr(policy, "get_distribution"):
@@ -126,7 +128,7 @@ class TorchPolicy(WeighingPolicy):
 
             torch.manual_seed(seed)
 
-    def choose(self, rows: np.ndarray) -> np.ndarray:
+    def choose(self, rows: Observation) -> Actions:
         """Return the module's actions. :class:`ValueError` for an output that is neither preferences nor actions."""
         import torch
 
@@ -136,14 +138,14 @@ class TorchPolicy(WeighingPolicy):
         chosen = torch.multinomial(found.softmax(1), 1)[:, 0] if self.drawn else found.argmax(1)
         return chosen.numpy()
 
-    def weigh(self, rows: np.ndarray) -> np.ndarray:
+    def weigh(self, rows: Observation) -> ActionProbabilities:
         """Return the probabilities that the module's preferences give."""
         found = self._ask(rows)
         if found.ndim == 1:
             raise PolicyError("the module does not give the probabilities of its actions: it returns actions")
         return found.softmax(1).numpy()
 
-    def _ask(self, rows: np.ndarray) -> Any:
+    def _ask(self, rows: Observation) -> Any:
         """Return the module's output, checked: preferences, or actions."""
         import torch
 

@@ -10,6 +10,7 @@ import numpy as np
 from esp_trainer.analysis.games import solve_matrix
 from esp_trainer.analysis.progress import generalist
 from esp_trainer.analysis.ratings import rate
+from esp_trainer.arrays import Fractions
 from esp_trainer.benchmark.match import Arena, Challenger, Meeting
 from esp_trainer.seeding import stream
 from esp_trainer.statistics import Rate, wilson_of
@@ -112,10 +113,10 @@ class Gauntlet:
             exploited=float(game.value - scores.min()),
         )
 
-    def _scores(self, caught: np.ndarray) -> np.ndarray:
+    def _scores(self, caught: Fractions) -> Fractions:
         return caught if self.role == "predators" else 1 - caught
 
-    def _rating(self, found: np.ndarray) -> tuple[Rate, int, int]:
+    def _rating(self, found: Fractions) -> tuple[Rate, int, int]:
         """Return the candidate's rating, its rank, and the number of teams and scripts that are ranked.
 
         The candidate is one more row, or column, of the zoo's matrix.

@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
+from esp_trainer.arrays import Counts, Fitness, Steps
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.seeding import stream
 from esp_trainer.types import Contestant, PolicyError, Role, ScriptedTeams, TrialBatch
@@ -26,11 +27,11 @@ Challenger: TypeAlias = Contestant | Policy
 class Meeting:
     """Results of a candidate against one opponent, one entry for each episode."""
 
-    captured: np.ndarray
+    captured: Counts
     """Number of prey caught, int ``(n_episodes,)``."""
-    fitness: np.ndarray
+    fitness: Fitness
     """Fitness of the candidate, mean over its agents, float64 ``(n_episodes,)``."""
-    steps: np.ndarray
+    steps: Steps
     """Length in time steps, int ``(n_episodes,)``."""
 
 

@@ -14,11 +14,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from esp_trainer.arrays import ActionProbabilities
 from esp_trainer.esp.network import Networks, accumulate, agent_votes, most_votes
 from esp_trainer.esp.team import Team
 from esp_trainer.exact.states import n_keys, read_key
 from esp_trainer.types import PolicyError, Role, ScriptedTeams
 from predprey_env.agents import PREFIXES
+from predprey_env.arrays import Actions, Observation, Observations
 from predprey_env.config import EnvConfig, Rules
 from predprey_env.jit.compilation import entry_point
 from predprey_env.policies import ScriptedTeam
@@ -59,7 +61,7 @@ def survivors(config: EnvConfig) -> list[Survivors]:
     return found
 
 
-def views(config: EnvConfig, role: Role, sight: AnySight = PLAIN_SIGHT) -> np.ndarray:
+def views(config: EnvConfig, role: Role, sight: AnySight = PLAIN_SIGHT) -> Observation:
     """Return what every agent of a team observes in every state: float32 ``(n_states, n_agents, n_seen)``.
 
     Raises :class:`PolicyError` if the last moves are observed, which no state holds. A sight that does not say whether
@@ -92,7 +94,7 @@ def _look(world: World, rules: Rules, sight: AnySight, first: int, rows: Any, ce
             observe(sight, world, world.x, first + agent, rules, seen[key, agent], 0)  # no last moves are read
 
 
-def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> np.ndarray:
+def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> ActionProbabilities:
     """Return a policy's action probabilities in every state: float64 ``(n_states, n_agents, n_actions)``.
 
     The array has probabilities for caught prey too; they mean nothing.
@@ -123,7 +125,7 @@ def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _un
 
 
 @singledispatch
-def ask_in(policy: Any, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+def ask_in(policy: Any, seen: Observation, role: Role, config: EnvConfig) -> ActionProbabilities:
     """Return :func:`chances` only in the states in which the agents observe ``seen``, ``(n, n_agents, n_seen)``."""
     n_actions = config.team(role).n_actions
     if callable(_attribute(policy, "chances_batch")) and _attribute(policy, "drawn", True):
@@ -155,7 +157,7 @@ def _named_error(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+def _actions(policy: Any, states: Observation, role: Role, config: EnvConfig) -> Actions:
     """Return the policy's actions in some states, int ``(n_states, n_agents)``, asked and checked as in a match."""
     _call(policy, "reset", 0)
     try:
@@ -172,17 +174,17 @@ def _actions(policy: Any, states: np.ndarray, role: Role, config: EnvConfig) -> 
         raise PolicyError(f"the policy's actions cannot be read: {_named_error(error)}") from error
 
 
-def _batch_chances(policy: Any, states: np.ndarray, n_actions: int) -> np.ndarray:
+def _batch_chances(policy: Any, states: Observation, n_actions: int) -> ActionProbabilities:
     shape = (*states.shape[:2], n_actions)
     answer = _call(policy, "chances_batch", states.copy())
     return _numbers(answer, shape, f"the policy must answer with an array of shape {shape}")
 
 
-def _named(state: np.ndarray, role: Role) -> dict[str, np.ndarray]:
+def _named(state: Observation, role: Role) -> Observations:
     return {f"{PREFIXES[role]}{i}": view for i, view in enumerate(state.copy())}
 
 
-def _state_chances(policy: Any, state: np.ndarray, role: Role, n_actions: int) -> np.ndarray:
+def _state_chances(policy: Any, state: Observation, role: Role, n_actions: int) -> ActionProbabilities:
     seen = _named(state, role)
     agents, answers = list(seen), _call(policy, "chances", seen)
     reason = ""
@@ -199,7 +201,7 @@ def _state_chances(policy: Any, state: np.ndarray, role: Role, n_actions: int) -
     raise PolicyError(f"the policy must answer for {', '.join(agents)}, got {brief(answers)}{reason}")
 
 
-def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> np.ndarray:
+def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> ActionProbabilities:
     """Return an answer as float64 of a shape; raise :class:`PolicyError` if it has another shape or cannot be read."""
     reason = ""
     try:
@@ -211,7 +213,7 @@ def _numbers(answer: Any, shape: tuple[int, ...], expected: str) -> np.ndarray:
     return found
 
 
-def _checked(found: np.ndarray, seen: np.ndarray, role: Role) -> np.ndarray:
+def _checked(found: ActionProbabilities, seen: Observation, role: Role) -> ActionProbabilities:
     """Return the probabilities ``(n_states, n_agents, n_actions)``; raise :class:`PolicyError` for the first invalid
     ones.
     """
@@ -226,12 +228,12 @@ def _checked(found: np.ndarray, seen: np.ndarray, role: Role) -> np.ndarray:
     return found
 
 
-def _certain(actions: np.ndarray, n_actions: int) -> np.ndarray:
+def _certain(actions: Actions, n_actions: int) -> ActionProbabilities:
     return np.eye(n_actions)[actions]
 
 
 @ask_in.register
-def _(policy: Team, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+def _(policy: Team, seen: Observation, role: Role, config: EnvConfig) -> ActionProbabilities:
     policy.check_fits(role, config)
     if policy.controller.remembers:
         raise PolicyError(
@@ -261,12 +263,12 @@ def _team_chances(networks: Networks, seen: Any, memory: Any, out: Any) -> None:
 
 
 @ask_in.register
-def _(policy: ScriptedTeams, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+def _(policy: ScriptedTeams, seen: Observation, role: Role, config: EnvConfig) -> ActionProbabilities:
     return ask_in(ScriptedTeam.of(policy.script, role, config), seen, role, config)
 
 
 @ask_in.register
-def _(policy: ScriptedTeam, seen: np.ndarray, role: Role, config: EnvConfig) -> np.ndarray:
+def _(policy: ScriptedTeam, seen: Observation, role: Role, config: EnvConfig) -> ActionProbabilities:
     script = policy.compiled(role, config, 0)
     shape = (*seen.shape[:2], script.n_actions)
     if policy.script == "random":

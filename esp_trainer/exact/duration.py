@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.arrays import ActionProbabilities
 from esp_trainer.cores import cores
 from esp_trainer.exact import response, solution
 from esp_trainer.exact.chances import ask_in, views
@@ -36,7 +37,7 @@ def seconds_to_solve(config: EnvConfig, horizon: int) -> float:
     return seconds * horizon * n_states / (last - first) / cores()
 
 
-def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, float]:
+def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[ActionProbabilities, float]:
     """Return a policy's action probabilities in a sample of positions, ``(n, n_agents, n_actions)``, and an estimate of
     how many seconds :func:`~esp_trainer.exact.chances.chances` takes to ask it in all positions.
     """
@@ -51,7 +52,7 @@ def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[np.ndarray, f
         n, before = min(2 * n, _SAMPLE, len(seen)), seconds
 
 
-def seconds_to_answer(sample: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> float:
+def seconds_to_answer(sample: ActionProbabilities, role: Role, config: EnvConfig, horizon: int) -> float:
     """Estimate how many seconds :func:`~esp_trainer.exact.response.best_response` takes on this machine.
 
     Args:

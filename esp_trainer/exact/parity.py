@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from esp_trainer.arrays import Counts, StateValues
 from esp_trainer.exact.solution import Solution
 from predprey_env.config import EnvConfig
 
@@ -18,7 +19,7 @@ def by_parity(solution: Solution, steps: int) -> tuple[float, list[float]]:
     return _means(caught, solution.weights, solution.even, solution.config)
 
 
-def means_by_parity(values: np.ndarray, solution: Solution) -> tuple[float, list[float]]:
+def means_by_parity(values: StateValues, solution: Solution) -> tuple[float, list[float]]:
     """Return the mean fraction of prey caught over all starts, and by the number of predators at an even distance.
 
     A start has no predator in a prey's cell; all starts have equal weight. (The environment places the prey last, so
@@ -34,7 +35,7 @@ def means_by_parity(values: np.ndarray, solution: Solution) -> tuple[float, list
     return _means(values[starts], np.ones(len(even)), even, solution.config)
 
 
-def _means(caught: np.ndarray, weights: np.ndarray, even: np.ndarray, config: EnvConfig) -> tuple[float, list[float]]:
+def _means(caught: StateValues, weights: np.ndarray, even: Counts, config: EnvConfig) -> tuple[float, list[float]]:
     shares = caught / config.n_prey
     means = [
         float(np.average(shares[even == n], weights=weights[even == n])) if (even == n).any() else float("nan")

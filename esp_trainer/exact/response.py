@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from esp_trainer.arrays import ActionProbabilities, StateValues
 from esp_trainer.cores import cores
 from esp_trainer.exact.chances import chances as chances_of
 from esp_trainer.exact.chances import survivors
@@ -44,7 +45,7 @@ class Exploitability:
         return self.optimal - self.exploited if self.role == "predators" else self.exploited - self.optimal
 
 
-def exploitability(chances: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
+def exploitability(chances: ActionProbabilities, role: Role, solution: Solution, horizon: int) -> Exploitability:
     """Compute the exploitability of a policy from its action probabilities in every state.
 
     ``chances`` are those that :func:`esp_trainer.exact.chances.chances` returns.
@@ -60,7 +61,7 @@ def exploitability_of(policy: Any, role: Role, solution: Solution) -> Exploitabi
     return exploitability(chances_of(policy, role, solution.config), role, solution, solution.horizon)
 
 
-def exploitability_from(values: np.ndarray, role: Role, solution: Solution, horizon: int) -> Exploitability:
+def exploitability_from(values: StateValues, role: Role, solution: Solution, horizon: int) -> Exploitability:
     """Compute the exploitability of a policy from the values of its best response, as :func:`best_response` returns
     them.
     """
@@ -69,7 +70,7 @@ def exploitability_from(values: np.ndarray, role: Role, solution: Solution, hori
     return Exploitability(role, horizon, optimal, exploited, optimal_by_even, exploited_by_even)
 
 
-def best_response(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> np.ndarray:
+def best_response(chances: ActionProbabilities, role: Role, config: EnvConfig, horizon: int) -> StateValues:
     """Return the number of prey caught in an episode of ``horizon`` steps against a best response; see
     :func:`best_responses`.
     """
@@ -77,7 +78,7 @@ def best_response(chances: np.ndarray, role: Role, config: EnvConfig, horizon: i
     return values
 
 
-def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: int) -> Iterator[np.ndarray]:
+def best_responses(chances: ActionProbabilities, role: Role, config: EnvConfig, horizon: int) -> Iterator[StateValues]:
     """Yield the number of prey caught in time when the other side plays a best response to a fixed policy.
 
     The first value is for an episode of one step, the second for an episode of two, and so on.
@@ -104,9 +105,9 @@ def best_responses(chances: np.ndarray, role: Role, config: EnvConfig, horizon: 
                 def answer(
                     part: tuple[Subgame, slice],
                     moves: Moves = moves,
-                    fixed: np.ndarray = fixed,
-                    later: np.ndarray = later,
-                    now: np.ndarray = now,
+                    fixed: ActionProbabilities = fixed,
+                    later: StateValues = later,
+                    now: StateValues = now,
                 ) -> None:
                     game, keys = part
                     room = make_response_work(game, moves, role)

@@ -12,11 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from esp_trainer.arrays import Counts, StateValues
 from esp_trainer.cores import cores
 from esp_trainer.evaluation.starts import distances
 from esp_trainer.exact.matrix_game import Workspace, equilibrium, make_workspace
 from esp_trainer.exact.states import Moves, States, about_n_states, n_keys, seen_from, states_of, turns_of
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
+from predprey_env.arrays import Actions
 from predprey_env.config import PAYOFF, SIGHT, EnvConfig
 from predprey_env.jit.compilation import entry_point, rule
 from predprey_env.settings import PartError
@@ -39,7 +41,7 @@ class Solution:
     states: States = field(repr=False)
     turns: tuple[Moves, ...] = field(repr=False)
     """Turns of a time step: one, or two if the prey move first."""
-    values: np.ndarray = field(repr=False)
+    values: StateValues = field(repr=False)
     """Number of prey that the predators catch under optimal play, by turns left and state: float64 ``(horizon *
     len(turns) + 1, n_states)``."""
 
@@ -59,7 +61,7 @@ class Solution:
         return found
 
     @cached_property
-    def even(self) -> np.ndarray:
+    def even(self) -> Counts:
         """Number of predator-prey pairs at an even distance in each state with all prey free: int, one for each of
         these states.
         """
@@ -80,7 +82,7 @@ class Solution:
         ours, theirs = (config.model_dump(exclude=_MAY_DIFFER) for config in (self.config, env))
         return ours == theirs
 
-    def value(self, cells: np.ndarray, steps: int) -> np.ndarray:
+    def value(self, cells: np.ndarray, steps: int) -> StateValues:
         """Return the number of prey caught from states in which all prey are free, with ``steps`` steps left.
 
         ``cells`` are the cells ``size * x + y`` of all agents, int ``(..., n_agents)``; no predator is in a prey's
@@ -204,7 +206,7 @@ class SolutionWork(NamedTuple):
     """Joint actions of the prey."""
 
 
-def joint_actions(moves: Moves, n_predators: int, n_prey: int) -> tuple[np.ndarray, np.ndarray]:
+def joint_actions(moves: Moves, n_predators: int, n_prey: int) -> tuple[Actions, Actions]:
     """Return all joint actions of the predators in a turn, and all of the prey.
 
     A joint action is an action for each agent of the team: int64 ``(n_joint, n_agents)``.

@@ -8,11 +8,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from esp_trainer.arrays import MixedStrategy
 from esp_trainer.exact.matrix_game import equilibrium
 from esp_trainer.exact.solution import Solution, SolutionWork, fill_payoffs, make_solution_work
 from esp_trainer.exact.states import Moves, States
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import PREFIXES, agent_number, other_team
+from predprey_env.arrays import Observation, Observations
 from predprey_env.config import EnvConfig
 from predprey_env.jit.compilation import entry_point
 from predprey_env.sight import PLAIN_SIGHT
@@ -58,7 +60,7 @@ class OptimalTeam:
         self._generator = np.random.default_rng(None if seed is None else (seed, ROLES.index(self.role)))
         self._steps_left = self.n_steps
 
-    def act(self, observations: dict[str, np.ndarray]) -> dict[str, int]:
+    def act(self, observations: Observations) -> dict[str, int]:
         """Return an action for each agent of the team, from the offsets that they see; a caught prey's action means
         nothing.
         """
@@ -76,7 +78,7 @@ class OptimalTeam:
             actions |= dict(zip(range(len(joint)) if hunting else prey, joint.tolist(), strict=True))
         return {names[number]: action for number, action in actions.items()}
 
-    def strategies(self, cells: np.ndarray, steps_left: int) -> tuple[np.ndarray, np.ndarray]:
+    def strategies(self, cells: np.ndarray, steps_left: int) -> tuple[MixedStrategy, MixedStrategy]:
         """Return the probabilities of the predators' joint actions and of the prey's, in the turn of this team.
 
         ``cells`` are the cells ``size * x + y`` of the predators and of the free prey.
@@ -88,7 +90,7 @@ class OptimalTeam:
             raise ArithmeticError(f"no equilibrium was found where predators and prey are in cells {cells}")
         return room.work.rows, room.work.columns
 
-    def position(self, seen: dict[int, np.ndarray]) -> tuple[np.ndarray, list[int]]:
+    def position(self, seen: dict[int, Observation]) -> tuple[np.ndarray, list[int]]:
         """Return the cells of the predators and the free prey, relative to one agent, and the indices of the free prey.
 
         ``seen`` maps the index of each agent of the team to its observation.
@@ -109,7 +111,7 @@ class OptimalTeam:
         x, y = np.array([*predators, *prey], np.int64).reshape(-1, 2).T % config.size
         return x * config.size + y, free
 
-    def _draw(self, chances: np.ndarray) -> int:
+    def _draw(self, chances: MixedStrategy) -> int:
         """Sample an index with the given probabilities."""
         bounds = np.cumsum(chances)
         return int(np.searchsorted(bounds, self._generator.random() * bounds[-1], side="right"))
