@@ -13,6 +13,7 @@ import numpy as np
 
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import Curve
 from esp_trainer.types import Evaluator, Role, TeamBatch
 from predprey_env.agents import other_team
 
@@ -32,7 +33,7 @@ class BestResponse:
     """Payoff to the predators (fraction of prey caught) when the frozen side met its contemporaries."""
     after: float
     """Payoff to the predators when the frozen side met the best response."""
-    curve: np.ndarray
+    curve: Curve
     """Payoff to the predators in each generation of the fresh evolution, ``(n_generations,)``, on the held-out starts
     by which the best response was selected."""
 

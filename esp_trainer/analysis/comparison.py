@@ -16,6 +16,7 @@ from esp_trainer.analysis.cross_play import CELL_EPISODES, PANEL, cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm
 from esp_trainer.analysis.progress import progress
+from esp_trainer.arrays import Curve, GenerationIndices, PayoffMatrix, SeedValues
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import FIRST_ZOO, known_teams, load_team
 from esp_trainer.types import ROLES, Evaluator, Role, ScriptedTeams, TeamBatch
@@ -79,7 +80,7 @@ def caught_by_each(
     *,
     n_episodes: int = CELL_EPISODES,
     seed: int = 0,
-) -> np.ndarray:
+) -> PayoffMatrix:
     """Play the teams of a side against all opponents.
 
     Args:
@@ -94,7 +95,7 @@ def caught_by_each(
         Payoff to the predators (fraction of prey caught), float64 ``(n_teams, n_opponents)``.
     """
 
-    def caught(theirs: TeamBatch) -> np.ndarray:
+    def caught(theirs: TeamBatch) -> PayoffMatrix:
         if role == "predators":
             return cross_play(mine, theirs, evaluator, n_episodes=n_episodes, seed=seed).payoff
         return cross_play(theirs, mine, evaluator, n_episodes=n_episodes, seed=seed).payoff.T
@@ -106,12 +107,12 @@ def caught_by_each(
 class MeasuredRun:
     """Measurements of a run."""
 
-    generations: np.ndarray
+    generations: GenerationIndices
     """Generations that met the panels, int ``(G,)``."""
-    curves: dict[str, np.ndarray]
+    curves: dict[str, Curve]
     """Mean result of each of these generations, float64 ``(G,)``, higher is better, by side and panel (for example
     ``predators_held_out``). Scripted sides and empty panels have no curve."""
-    payoff: np.ndarray
+    payoff: Curve
     """Payoff to the predators (fraction of prey caught), champion against champion, float64 ``(n_generations,)``."""
     values: MeasureValues
     """Value of each measure in :func:`measures`."""
@@ -126,7 +127,7 @@ class Condition:
     name: str
     runs: Sequence[MeasuredRun]
 
-    def known(self, measure: str) -> np.ndarray:
+    def known(self, measure: str) -> SeedValues:
         """Return the values of a measure, without those of runs in which it is nan: float64 ``(n,)``."""
         values = np.array([run.values[measure] for run in self.runs], np.float64)
         return values[~np.isnan(values)]

@@ -17,6 +17,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import Counts, EpisodeStarts, Fractions, GenerationIndices, PayoffMatrix, PayoffVariance
 from esp_trainer.files import DamagedFileError, read_arrays, write_arrays
 from esp_trainer.seeding import stream
 from esp_trainer.types import ROLES, Evaluator, Role, TeamBatch, TrialBatch, TrialResult, n_teams, take
@@ -38,13 +39,13 @@ class PayoffPlay:
     world.
     """
 
-    predators: np.ndarray
+    predators: GenerationIndices
     """Generations of the first team, int ``(G,)``."""
-    prey: np.ndarray
+    prey: GenerationIndices
     """Generations of the second team, int ``(H,)``."""
-    payoff: np.ndarray
+    payoff: PayoffMatrix
     """Mean payoff to the first team, float64 ``(G, H)``: the matrix ``M[g, h]``."""
-    variance: np.ndarray
+    variance: PayoffVariance
     """Sampling variance of each mean, float64 ``(G, H)``; nan with one episode per cell."""
     n_episodes: int
     """Number of episodes per cell."""
@@ -53,7 +54,7 @@ class PayoffPlay:
     """Sum of both sides' results: a payoff to the first team is a loss to the second."""
 
     @property
-    def noise(self) -> np.ndarray:
+    def noise(self) -> PayoffVariance:
         """Noise of the payoffs, see :data:`~esp_trainer.analysis.games.Noise`."""
         return self.variance
 
@@ -66,19 +67,19 @@ class PayoffPlay:
 class CrossPlay:
     """Counts of prey caught in each pairing of a predator team (row) with a prey team (column)."""
 
-    predators: np.ndarray
+    predators: GenerationIndices
     """Generations of the predators, int ``(G,)``."""
-    prey: np.ndarray
+    prey: GenerationIndices
     """Generations of the prey, int ``(H,)``."""
-    captured: np.ndarray
+    captured: Counts
     """Number of prey caught, int ``(G, H, n_predators + 1)``. The last axis is the number of predators that started at
     an even distance from the prey."""
-    met: np.ndarray
+    met: Counts
     """Number of prey that started with each number of predators at an even distance, int ``(n_predators + 1,)``. It is
     the same in every cell."""
-    none_caught: np.ndarray
+    none_caught: Counts
     """Number of episodes in which no prey was caught, int ``(G, H)``."""
-    all_caught: np.ndarray
+    all_caught: Counts
     """Number of episodes in which all prey were caught, int ``(G, H)``."""
     n_episodes: int
     """Number of episodes per cell."""
@@ -91,12 +92,12 @@ class CrossPlay:
         return "<CrossPlay: {} x {} generations, {} episodes each>".format(*self.caught.shape, self.n_episodes)
 
     @property
-    def caught(self) -> np.ndarray:
+    def caught(self) -> PayoffMatrix:
         """Fraction of prey caught, float64 ``(G, H)``: the matrix ``M[g, h]``."""
         return self.captured.sum(axis=-1) / self.met.sum()
 
     @property
-    def payoff(self) -> np.ndarray:
+    def payoff(self) -> PayoffMatrix:
         """Payoff of the predators: the fraction of prey caught, float64 ``(G, H)``."""
         return self.caught
 
@@ -106,7 +107,7 @@ class CrossPlay:
         return self.n_episodes
 
     @property
-    def caught_by_even(self) -> np.ndarray:
+    def caught_by_even(self) -> Fractions:
         """Fraction of prey caught by number of predators that started at an even distance, float64
         ``(G, H, n_predators + 1)``; nan where no prey started so.
         """
@@ -151,7 +152,7 @@ def cross_play(
     return CrossPlay(*generations, captured, met, none_caught, all_caught, n_episodes)
 
 
-def _captures(result: TrialResult, n_cells: int, even: np.ndarray) -> tuple[np.ndarray, ...]:
+def _captures(result: TrialResult, n_cells: int, even: Counts) -> tuple[Counts, ...]:
     """Return the number of prey caught by parity, and of episodes in which none and all were caught, of each cell."""
     n_predators = result.fitness.shape[-1] - result.captured.shape[-1]
     caught = result.captured.reshape(n_cells, *even.shape)
@@ -167,7 +168,9 @@ def _payoffs(result: TrialResult, n_cells: int) -> tuple[np.ndarray, ...]:
     return payoff.mean(axis=1), variance
 
 
-def _play(predators: TeamBatch, prey: TeamBatch, n_cells: int, starts: np.ndarray, evaluator: Evaluator) -> TrialResult:
+def _play(
+    predators: TeamBatch, prey: TeamBatch, n_cells: int, starts: EpisodeStarts, evaluator: Evaluator
+) -> TrialResult:
     """Play the episodes of all cells, cell by cell."""
     n_episodes = len(starts)
     # Only trials run in parallel, so the episodes of few cells are split over several trials each.
@@ -218,7 +221,7 @@ def own_cross_play(
 
 def met_by_others(
     history: History, others: Sequence[History], role: Role, own: Played, evaluator: Evaluator
-) -> list[np.ndarray]:
+) -> list[PayoffMatrix]:
     """Play the champions of a run against six champions of each other run.
 
     Args:

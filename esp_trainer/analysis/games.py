@@ -9,9 +9,11 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.special import logit
 
+from esp_trainer.arrays import Curve, MixedStrategy, PayoffMatrix, PayoffVariance
+
 T = TypeVar("T")
 PayoffScale: TypeAlias = Literal["shares", "log-odds"]
-Noise: TypeAlias = int | np.ndarray | None
+Noise: TypeAlias = int | PayoffVariance | None
 """Sampling noise of a matrix: the number of independent episodes behind each fraction, the variance of each entry,
 ``(G, H)``, or None for exact entries."""
 
@@ -23,7 +25,7 @@ class Sides(NamedTuple, Generic[T]):
     prey: T
 
 
-def as_shares(values: np.ndarray, name: str = "caught") -> np.ndarray:
+def as_shares(values: PayoffMatrix, name: str = "caught") -> PayoffMatrix:
     """Check a matrix of fractions of prey caught, and return it as float64.
 
     Args:
@@ -42,7 +44,7 @@ def as_shares(values: np.ndarray, name: str = "caught") -> np.ndarray:
     return shares
 
 
-def as_results(values: np.ndarray, name: str = "payoffs", total: float = 1.0) -> np.ndarray:
+def as_results(values: PayoffMatrix, name: str = "payoffs", total: float = 1.0) -> PayoffMatrix:
     """Check a matrix of results in a constant-sum game, and return it as float64.
 
     Args:
@@ -62,12 +64,12 @@ def as_results(values: np.ndarray, name: str = "payoffs", total: float = 1.0) ->
     return payoffs
 
 
-def share_variance(shares: np.ndarray, episodes: int) -> np.ndarray:
+def share_variance(shares: PayoffMatrix, episodes: int) -> PayoffVariance:
     """Return unbiased estimates of the variance of fractions of some episodes; nan for one episode."""
     return shares * (1 - shares) / (episodes - 1) if episodes > 1 else np.full_like(shares, np.nan)
 
 
-def as_square(caught: np.ndarray, total: float = 1.0) -> np.ndarray:
+def as_square(caught: PayoffMatrix, total: float = 1.0) -> PayoffMatrix:
     """Check a matrix with the same generations on both sides, and return it as float64.
 
     Raises:
@@ -85,9 +87,9 @@ class Equilibrium:
 
     value: float
     """Expected payoff of the predators when both sides play their optimal mixture (von Neumann 1928)."""
-    predators: np.ndarray
+    predators: MixedStrategy
     """Probability of each row, float64 ``(G,)``, sum 1."""
-    prey: np.ndarray
+    prey: MixedStrategy
     """Probability of each column, float64 ``(H,)``, sum 1."""
 
     @property
@@ -96,14 +98,14 @@ class Equilibrium:
         return Sides(int((self.predators > 1e-9).sum()), int((self.prey > 1e-9).sum()))
 
 
-def solve_matrix(payoffs: np.ndarray) -> Equilibrium:
+def solve_matrix(payoffs: PayoffMatrix) -> Equilibrium:
     """Return a Nash equilibrium of a zero-sum game: predators choose the row and get ``payoffs``, ``(G, H)``."""
     value, predators = _maximin(payoffs)
     _, prey = _maximin(-payoffs.T)
     return Equilibrium(value, predators, prey)
 
 
-def mixture_exploitability(payoffs: np.ndarray, predators: np.ndarray, prey: np.ndarray) -> Sides[np.ndarray]:
+def mixture_exploitability(payoffs: PayoffMatrix, predators: MixedStrategy, prey: MixedStrategy) -> Sides[np.ndarray]:
     """Return the exploitability of mixtures: what a best response gains over the value ``v`` of the game.
 
     It is ``v - min_h (x M)_h`` for predators with mixture ``x``, and ``max_g (M y)_g - v`` for prey with mixture ``y``.
@@ -122,12 +124,12 @@ def mixture_exploitability(payoffs: np.ndarray, predators: np.ndarray, prey: np.
     return Sides(value - (predators @ payoffs).min(axis=-1), (prey @ payoffs.T).max(axis=-1) - value)
 
 
-def exploitability_of_generations(payoffs: np.ndarray) -> Sides[np.ndarray]:
+def exploitability_of_generations(payoffs: PayoffMatrix) -> Sides[Curve]:
     """Return the exploitability of each single generation: ``(G,)`` for predators and ``(H,)`` for prey."""
     return mixture_exploitability(payoffs, *map(np.eye, payoffs.shape))
 
 
-def _maximin(payoffs: np.ndarray) -> tuple[float, np.ndarray]:
+def _maximin(payoffs: PayoffMatrix) -> tuple[float, MixedStrategy]:
     """Return the greatest payoff that a mixture of rows guarantees, and that mixture.
 
     Solves a linear program: maximise ``v`` subject to ``x M >= v``, ``x >= 0`` and ``sum(x) = 1``.
@@ -164,7 +166,7 @@ class Decomposition:
         return self.transitive / both if both > 0 else float("nan")
 
 
-def decompose(caught: np.ndarray, episodes: Noise = None, scale: PayoffScale = "shares") -> Decomposition:
+def decompose(caught: PayoffMatrix, episodes: Noise = None, scale: PayoffScale = "shares") -> Decomposition:
     """Split predators' results against prey into a part that one strength per generation explains, and the rest.
 
     This is the combinatorial Hodge decomposition (Jiang, Lim, Yao & Ye, Statistical ranking and combinatorial Hodge
@@ -199,7 +201,7 @@ def decompose(caught: np.ndarray, episodes: Noise = None, scale: PayoffScale = "
     return _decomposition(ladder, centred - ladder, in_ladder * noise.mean(), in_rest * noise.mean(), values.size)
 
 
-def transitive_share(caught: np.ndarray, episodes: int | np.ndarray) -> float:
+def transitive_share(caught: PayoffMatrix, episodes: int | PayoffVariance) -> float:
     """Return the fraction of the win matrix that a ranking explains, in [0, 1], by :func:`decompose`.
 
     It is nan if no difference exceeds the sampling noise, or if the noise cannot be estimated (one episode per pair, or
@@ -217,7 +219,7 @@ def transitive_share(caught: np.ndarray, episodes: int | np.ndarray) -> float:
 
 
 def _decomposition(
-    ladder: np.ndarray, rest: np.ndarray, ladder_noise: float, rest_noise: float, n: int
+    ladder: PayoffMatrix, rest: PayoffMatrix, ladder_noise: float, rest_noise: float, n: int
 ) -> Decomposition:
     """Return the mean squares over ``n`` entries, corrected for noise and not below 0.
 
@@ -232,7 +234,7 @@ def _total(episodes: Noise) -> float:
     return 0.0 if isinstance(episodes, np.ndarray) else 1.0
 
 
-def _scaled(caught: np.ndarray, episodes: Noise, scale: PayoffScale) -> tuple[np.ndarray, np.ndarray]:
+def _scaled(caught: PayoffMatrix, episodes: Noise, scale: PayoffScale) -> tuple[PayoffMatrix, PayoffVariance]:
     """Return the matrix in a scale, and the variance of its sampling noise in that scale."""
     if isinstance(episodes, np.ndarray):
         if scale != "shares":

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from esp_trainer.arrays import BoolMask, Counts, Curve, Fractions, GenerationIndices, NeuronIndices
 from esp_trainer.esp.operators import join_at_cuts
 from esp_trainer.run.directory import RunDirectory
 from esp_trainer.run.genealogy import Layout, evolving, read_genealogy
@@ -29,11 +30,11 @@ NEVER = -1
 class Origins(NamedTuple):
     """Origins of genes, three arrays of the same shape."""
 
-    founder: np.ndarray
+    founder: NeuronIndices
     """Slot of the gene's ancestor in generation 0, int."""
-    past: np.ndarray
+    past: GenerationIndices
     """Generation of the past champion that the gene came through last; :data:`NEVER` if it came through none."""
-    skipped: np.ndarray
+    skipped: Counts
     """Number of generations that the gene's line skipped in the hall of fame, int. The others it was bred in."""
 
     def each(self, change: Callable[[np.ndarray], np.ndarray]) -> Origins:
@@ -44,7 +45,7 @@ class Origins(NamedTuple):
 class Ancestry(NamedTuple):
     """The ancestry of one champion."""
 
-    founders: np.ndarray
+    founders: Fractions
     """Fraction of the genes of each neuron by founder, float64 ``(S, P)``; a row sums to 1."""
     past: dict[int, float]
     """Fraction of all genes by the generation of the past champion they came through last, or :data:`NEVER`."""
@@ -53,14 +54,14 @@ class Ancestry(NamedTuple):
 class Leading(NamedTuple):
     """The founder from which most genes of each of a champion's neurons descend, three arrays ``(T, S)``."""
 
-    founder: np.ndarray
+    founder: NeuronIndices
     """Slot of the founder in generation 0, int; the lowest of several that gave the same number of genes."""
-    share: np.ndarray
+    share: Fractions
     """Fraction of the neuron's genes that descend from it, float64."""
-    from_past: np.ndarray
+    from_past: Fractions
     """Fraction of the neuron's genes, of any founder, that came through a past champion, float64."""
 
-    def takeovers(self) -> np.ndarray:
+    def takeovers(self) -> BoolMask:
         """Return where the founder is another one than in the generation before, bool ``(T - 1, S)``."""
         return np.asarray(self.founder[1:] != self.founder[:-1])
 
@@ -70,12 +71,12 @@ class Genealogy:
     """Origins of the genes of one side, by generation."""
 
     layout: Layout
-    founders: np.ndarray
+    founders: Curve
     """Effective number of founders at a place of the gene string: one over the sum of squares of their shares among the
     neurons; mean over places and subpopulations, float64 ``(T,)``."""
-    from_past: np.ndarray
+    from_past: Curve
     """Fraction of all genes that came through a past champion, float64 ``(T,)``."""
-    skipped: np.ndarray
+    skipped: Curve
     """Number of generations that the line of a gene skipped, mean over all genes, float64 ``(T,)``."""
     champions: Origins
     """Origins of the genes of each generation's champion, ``(T, S, G)``."""
@@ -170,12 +171,12 @@ def _breed(genes: Origins, record: np.void, champions: Origins) -> None:
         values[each, record["children"]] = join_at_cuts(values[each, record["elite"]], mates, record["cuts"])
 
 
-def _read(layout: Layout) -> np.ndarray:
+def _read(layout: Layout) -> BoolMask:
     """Return which genes a network reads, bool ``(S, G)``."""
     return np.arange(max(layout.used)) < np.array(layout.used)[:, None]
 
 
-def _effective(founder: np.ndarray) -> float:
+def _effective(founder: NeuronIndices) -> float:
     """Return the effective number of founders at a place, mean over the places of ``founder``, int ``(n, P)``."""
     n, size = founder.shape
     counts = np.bincount((founder + size * np.arange(n)[:, None]).ravel(), minlength=n * size).reshape(n, size)

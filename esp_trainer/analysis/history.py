@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.arrays import Curve, GenerationIndices, TeamGenomes
 from esp_trainer.coevolution.coevolution import Coevolution
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.league import NO_LEAGUE, League
@@ -30,10 +31,10 @@ class History:
     """The champions and curves of a finished or unfinished run."""
 
     config: RunConfig
-    champions: dict[Role, np.ndarray]
+    champions: dict[Role, TeamGenomes]
     """Genomes of the champions of each evolving side in the generations ``kept``, float32
     ``(n_kept, n_agents, n_networks, n_hidden, n_genes)``."""
-    curves: dict[str, np.ndarray]
+    curves: dict[str, Curve]
     """Curves by name, float64 ``(n_generations, ...)``: those of :data:`CURVES`, or in another game than the
     predator-prey world of :data:`PAYOFF_CURVES`.
 
@@ -42,7 +43,7 @@ class History:
     start at an even distance) and ``steps`` (length of an episode). In the trials of each side, ``(n_generations, 2)``
     with nan for a fixed side: ``trials_caught`` (fraction of prey caught) and ``trials_mean`` (mean fitness).
     In another game ``payoff`` and ``trials_payoff`` take the place of all fractions of prey."""
-    kept: np.ndarray = field(default=None)  # type: ignore[arg-type]  # filled in below
+    kept: GenerationIndices = field(default=None)  # type: ignore[arg-type]  # filled in below
     """Generations whose champions are kept, int ``(n_kept,)``; by default all. Fewer if the run is longer than its hall
     of fame."""
 
@@ -54,7 +55,7 @@ class History:
         return len(self.payoff)
 
     @property
-    def payoff(self) -> np.ndarray:
+    def payoff(self) -> Curve:
         """Payoff to the predators, champion against champion, float64 ``(n_generations,)``.
 
         In the predator-prey world it is the fraction of prey caught.
@@ -145,7 +146,7 @@ class History:
         except ValueError as error:
             raise DamagedFileError(f"{path} is not a usable history: {error}") from None
 
-    def first(self, n: int, kept: np.ndarray | None = None) -> History:
+    def first(self, n: int, kept: GenerationIndices | None = None) -> History:
         """Return the history of the first ``n`` generations.
 
         Args:
@@ -156,11 +157,11 @@ class History:
         champions = {role: self.genomes(role, kept) for role in self.champions}
         return History(self.config, champions, {name: curve[:n] for name, curve in self.curves.items()}, kept)
 
-    def sample(self, n: int) -> np.ndarray:
+    def sample(self, n: int) -> GenerationIndices:
         """Return at most ``n`` generations with kept champions, evenly spread from the first to the last."""
         return self.kept[np.unique(np.linspace(0, len(self.kept) - 1, n).round().astype(int))]
 
-    def genomes(self, role: Role, generations: np.ndarray) -> np.ndarray:
+    def genomes(self, role: Role, generations: GenerationIndices) -> TeamGenomes:
         """Return the champions' genomes of some generations; raise :class:`ValueError` if one is not kept."""
         rows = np.searchsorted(self.kept, generations)
         found = self.kept[np.minimum(rows, len(self.kept) - 1)] == generations
@@ -168,7 +169,7 @@ class History:
             raise ValueError(f"no champion is kept of generation {generations[~found][0]}")
         return self.champions[role][rows]
 
-    def entrants(self, role: Role, generations: np.ndarray) -> TeamBatch:
+    def entrants(self, role: Role, generations: GenerationIndices) -> TeamBatch:
         """Return the champions of some generations as teams for a cross-play; for a scripted side, the script.
 
         Team ``t`` of the batch is the champion of ``generations[t]``.
@@ -208,12 +209,12 @@ def curve_names(config: RunConfig) -> tuple[str, ...]:
     return PAYOFF_CURVES if config.game.environment else CURVES
 
 
-def payoff_curve(curves: Mapping[str, np.ndarray]) -> np.ndarray:
+def payoff_curve(curves: Mapping[str, Curve]) -> Curve:
     """Return the curve of the payoff to the predators."""
     return curves["payoff"] if "payoff" in curves else curves["caught"]
 
 
-def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
+def curves_of(records: Iterable[dict[str, Any]]) -> dict[str, Curve]:
     """Return the curves of :class:`History` from the records of ``metrics.jsonl``."""
 
     def row(record: dict[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from math import cos, floor, inf, pi, sin, sqrt, tan
 
 import numpy as np
 
+from esp_trainer.arrays import Curve, CurvesOfRuns, SeedValues
 from esp_trainer.statistics import Z_95
 
 MIN_SEEDS = 3
@@ -55,7 +56,7 @@ class Comparison:
         return f"{interval}, delta {self.effect:+.2f}, p {self.p:.2g}"
 
 
-def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
+def over_seeds(values: Sequence[float] | SeedValues) -> Estimate:
     """Return the mean over seeds with Student's 95% interval.
 
     A bootstrap is not used: with about ten seeds its intervals are too narrow, because it takes the spread of the
@@ -71,14 +72,14 @@ def over_seeds(values: Sequence[float] | np.ndarray) -> Estimate:
     return Estimate(mean, mean - half, mean + half, n)
 
 
-def summary(values: Sequence[float] | np.ndarray) -> str:
+def summary(values: Sequence[float] | SeedValues) -> str:
     """Return the mean over seeds as text, with its interval for :data:`MIN_SEEDS` seeds or more; ``-`` for no seed."""
     if len(values) < MIN_SEEDS:
         return f"{sum(values) / len(values):z.3f}" if len(values) else "-"
     return str(over_seeds(values))
 
 
-def interval_of_curves(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def interval_of_curves(curves: CurvesOfRuns) -> tuple[Curve, Curve, Curve]:
     """Return the mean over runs and both ends of its 95% interval (Student's, see :func:`over_seeds`), point by point.
 
     Args:
@@ -119,7 +120,7 @@ def _within(angle: float, degrees: int) -> float:
     return 2 / pi * (angle + sin(angle) * total * (degrees > 1))
 
 
-def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) -> Comparison:
+def compare(a: Sequence[float] | SeedValues, b: Sequence[float] | SeedValues) -> Comparison:
     """Compare seeds of one kind with independent seeds of another.
 
     * Difference: Hodges-Lehmann estimate, the median of all differences ``a_i - b_j``, with the interval that belongs
@@ -152,7 +153,7 @@ def compare(a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray) ->
     )
 
 
-def against(values: Sequence[float] | np.ndarray, null: float = 0.0) -> Comparison:
+def against(values: Sequence[float] | SeedValues, null: float = 0.0) -> Comparison:
     """Compare seeds with a fixed value, such as 0 for no progress.
 
     * Difference: mean minus ``null``, with the interval of :func:`over_seeds`.
@@ -202,7 +203,7 @@ def holm(p_values: Sequence[float] | np.ndarray) -> np.ndarray:
     return adjusted
 
 
-def _as_sample(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
+def _as_sample(name: str, values: Sequence[float] | SeedValues) -> SeedValues:
     sample = np.asarray(values, np.float64)
     if sample.ndim != 1 or len(sample) < 2 or not np.isfinite(sample).all():
         raise ValueError(f"{name} must hold a finite number for each of at least two seeds, got {values}")

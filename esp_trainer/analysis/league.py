@@ -11,6 +11,7 @@ import numpy as np
 from esp_trainer.analysis.conditions import world_of
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.pooling import check_directories
+from esp_trainer.arrays import TeamGenomes
 from esp_trainer.coevolution.league import League, LeagueSource
 from esp_trainer.coevolution.sides import side_config
 from esp_trainer.config import RunConfig
@@ -34,7 +35,7 @@ def league_of_runs(paths: Sequence[Path], config: RunConfig, n_champions: int = 
             Controllers must be equal, because a batch of trials holds one controller per side.
     """
     check_directories(paths)
-    genomes: dict[Role, list[np.ndarray]] = {}
+    genomes: dict[Role, list[TeamGenomes]] = {}
     sources = []
     for path in paths:
         history = History.of_run(path)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.arrays import Cells
 
 BEFORE, AT_MOST, AFTER = 30, 30, 8  # number of steps to show before, during (at most) and after a moment
 
@@ -21,7 +20,7 @@ class Moment:
     """First step of the stretch."""
     until: int
     """Last step of the stretch, which has no gap."""
-    cells: np.ndarray
+    cells: Cells
     """Cells of all agents in the whole episode, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
 
     @property
@@ -31,7 +30,7 @@ class Moment:
         return max(0, self.step - BEFORE), min(last, len(self.cells) - 1)
 
 
-def best_moment(behaviour: str, trace: np.ndarray, paths: Paths) -> Moment | None:
+def best_moment(behaviour: str, trace: Cells, paths: Paths) -> Moment | None:
     """Return the first stretch of a behaviour in the episode where it is seen at most steps; None if it is never seen.
 
     Args:

@@ -10,6 +10,8 @@ from ruptures import KernelCPD
 from scipy.signal import lfilter
 from scipy.spatial.distance import pdist
 
+from esp_trainer.arrays import Curve
+
 MIN_LENGTH = 10
 """Minimum length of a phase, in generations: half of the shortest phase that the paper reports (20, section VI-B)."""
 
@@ -34,7 +36,7 @@ class Alternation:
     """Probability that a curve without phases, of the same length and autocorrelation, has as many or more."""
 
 
-def phases(curve: np.ndarray, min_length: int = MIN_LENGTH) -> list[Phase]:
+def phases(curve: Curve, min_length: int = MIN_LENGTH) -> list[Phase]:
     """Split a curve into phases at the change points of its mean.
 
     The change points minimise the sum of squares about the phases' means plus a penalty per change, exactly (PELT;
@@ -75,7 +77,7 @@ def phases(curve: np.ndarray, min_length: int = MIN_LENGTH) -> list[Phase]:
 
 
 def alternation(
-    curve: np.ndarray, generator: np.random.Generator, min_length: int = MIN_LENGTH, n_surrogates: int = 199
+    curve: Curve, generator: np.random.Generator, min_length: int = MIN_LENGTH, n_surrogates: int = 199
 ) -> Alternation:
     """Test whether "the success rate of prey and predators alternate in cycles" (section VI-A).
 
@@ -104,12 +106,12 @@ def alternation(
     return Alternation(count, (1 + as_many) / (1 + n_surrogates))
 
 
-def _alternations(curve: np.ndarray, min_length: int) -> int:
+def _alternations(curve: Curve, min_length: int) -> int:
     leads = [phase.mean - np.mean(curve) for phase in phases(curve, min_length)]
     return sum(bool(before * after < 0) for before, after in pairwise(lead for lead in leads if lead))
 
 
-def _long_run_variance(curve: np.ndarray) -> float:
+def _long_run_variance(curve: Curve) -> float:
     """Estimate the long-run variance of an AR(1) process: the variance of a mean over ``n`` values, times ``n``.
 
     With variance ``v`` and autocorrelation ``r``, differences over one and two generations have the variances

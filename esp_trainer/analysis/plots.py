@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
+from esp_trainer.arrays import Cells, Curve, CurvesOfRuns, GenerationIndices, PayoffMatrix
 from esp_trainer.files import write, write_table
 
 PREDATORS, PREY = "#d55e00", "#0072b2"
@@ -109,13 +110,13 @@ def dash_of(number: int) -> Any:
 def curve(
     axes: Axes,
     x: np.ndarray,
-    runs: np.ndarray,
+    runs: CurvesOfRuns,
     label: str,
     number: int = 0,
     *,
     colour: str | None = None,
     window: int = 1,
-) -> dict[str, np.ndarray]:
+) -> dict[str, Curve]:
     """Draw the mean over runs, and with three or more runs its 95% interval (Student's) as a band.
 
     Args:
@@ -142,9 +143,9 @@ def curve(
 def payoff_matrix(
     figure: Figure,
     axes: Axes,
-    predators: np.ndarray,
-    prey: np.ndarray,
-    payoff: np.ndarray,
+    predators: GenerationIndices,
+    prey: GenerationIndices,
+    payoff: PayoffMatrix,
     top: float = 1.0,
     bottom: float = 0.0,
     name: str = "caught",
@@ -176,7 +177,7 @@ def payoff_matrix(
     return {"predators": rows.ravel(), "prey": columns.ravel(), name: payoff.ravel()}
 
 
-def trajectories(axes: Axes, cells: np.ndarray, n_predators: int, size: int) -> dict[str, np.ndarray]:
+def trajectories(axes: Axes, cells: Cells, n_predators: int, size: int) -> dict[str, np.ndarray]:
     """Draw the paths of one episode on the torus, like figures 4 and 6 of the paper.
 
     Args:

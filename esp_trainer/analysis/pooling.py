@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import GenerationIndices
 from esp_trainer.config import RunConfig
 from esp_trainer.run.checkpoint import NO_MATTER
 from predprey_env.settings import counted, flat
@@ -67,7 +68,7 @@ def note_on_champions(histories: Sequence[History]) -> str | None:
     return f"Champions of only {counted(len(kept), 'generation')} are kept by all runs."
 
 
-def _kept_by_all(histories: Sequence[History]) -> np.ndarray:
+def _kept_by_all(histories: Sequence[History]) -> GenerationIndices:
     n = min(map(len, histories))
     return reduce(np.intersect1d, [history.kept[history.kept < n] for history in histories])
 

@@ -13,9 +13,10 @@ import numpy as np
 from scipy.stats import kendalltau, norm
 
 from esp_trainer.analysis.games import Noise, Sides, as_results, as_shares, as_square
+from esp_trainer.arrays import Curve, PayoffMatrix, PayoffVariance
 
 
-def ciao(caught: np.ndarray, total: float = 1.0) -> Sides[np.ndarray]:
+def ciao(caught: PayoffMatrix, total: float = 1.0) -> Sides[PayoffMatrix]:
     """Return results of current individuals against ancestral opponents (CIAO).
 
     Source: Cliff & Miller, Tracking the Red Queen, ECAL 1995.
@@ -34,7 +35,7 @@ def ciao(caught: np.ndarray, total: float = 1.0) -> Sides[np.ndarray]:
     return Sides(*(np.where(future, np.nan, results) for results in (caught, total - caught.T)))
 
 
-def master_tournament(caught: np.ndarray, total: float = 1.0) -> Sides[np.ndarray]:
+def master_tournament(caught: PayoffMatrix, total: float = 1.0) -> Sides[Curve]:
     """Return the mean result of each generation against all opponents of the run.
 
     Source: Nolfi & Floreano, Coevolving predator and prey robots: do "arms races" arise in artificial evolution?,
@@ -52,7 +53,7 @@ def master_tournament(caught: np.ndarray, total: float = 1.0) -> Sides[np.ndarra
     return Sides(caught.mean(axis=1), total - caught.mean(axis=0))
 
 
-def dominant_generations(caught: np.ndarray, episodes: Noise = None, error: float = 0.05) -> list[int]:
+def dominant_generations(caught: PayoffMatrix, episodes: Noise = None, error: float = 0.05) -> list[int]:
     """Run a dominance tournament between generations, and return the dominant ones.
 
     The first generation is dominant. Each later one is dominant if it beats every dominant generation before it
@@ -90,7 +91,7 @@ def dominant_generations(caught: np.ndarray, episodes: Noise = None, error: floa
     return dominant
 
 
-def _agresti_caffo(caught: np.ndarray, episodes: int) -> np.ndarray:
+def _agresti_caffo(caught: PayoffMatrix, episodes: int) -> PayoffVariance:
     """Return the variance of fractions, each as if it had one success and one failure more."""
     shares = (caught * episodes + 1) / (episodes + 2)
     return shares * (1 - shares) / (episodes + 2)
@@ -100,7 +101,7 @@ def _agresti_caffo(caught: np.ndarray, episodes: int) -> np.ndarray:
 class Progress:
     """Results of one side's generations against the same opponents."""
 
-    curve: np.ndarray
+    curve: Curve
     """Mean result of each generation, float64 ``(G,)``, higher is better."""
     strength: float
     """Mean of the last sixth of the curve minus that of the first sixth; in [-1, 1] for fractions of prey."""
@@ -114,7 +115,7 @@ class Progress:
         return float(self.curve[_ends(len(self.curve))[1]].mean())
 
 
-def progress(results: np.ndarray, total: float = 1.0) -> Progress:
+def progress(results: PayoffMatrix, total: float = 1.0) -> Progress:
     """Return the progress of one side against a panel.
 
     Args:
@@ -129,7 +130,7 @@ def progress(results: np.ndarray, total: float = 1.0) -> Progress:
     return Progress(curve, float(curve[late].mean() - curve[early].mean()), tau)
 
 
-def historical_progress(caught: np.ndarray, total: float = 1.0) -> Sides[Progress]:
+def historical_progress(caught: PayoffMatrix, total: float = 1.0) -> Sides[Progress]:
     """Return the progress of both sides against the opponents of their own run.
 
     A side evolved against these opponents, so it may be good against no others. Source: Miconi, Why coevolution doesn't
@@ -145,7 +146,7 @@ def historical_progress(caught: np.ndarray, total: float = 1.0) -> Sides[Progres
 
 
 def global_progress(
-    predators_met: Sequence[np.ndarray], prey_met: Sequence[np.ndarray], total: float = 1.0
+    predators_met: Sequence[PayoffMatrix], prey_met: Sequence[PayoffMatrix], total: float = 1.0
 ) -> Sides[Progress]:
     """Return the progress of both sides against opponents of independent seeds.
 
@@ -192,7 +193,7 @@ class EarlyLate:
     """Fraction of early prey that early predators catch."""
 
 
-def early_late(caught: np.ndarray, total: float = 1.0) -> EarlyLate:
+def early_late(caught: PayoffMatrix, total: float = 1.0) -> EarlyLate:
     """Return the means of the four corners of the matrix, each over a sixth of the generations of both sides.
 
     Args:
@@ -213,13 +214,13 @@ def early_late(caught: np.ndarray, total: float = 1.0) -> EarlyLate:
 class Generalist:
     """Scores of each generation against a frozen panel, float64 ``(G,)`` each."""
 
-    mean: np.ndarray
+    mean: Curve
     """Mean result over all opponents."""
-    worst: np.ndarray
+    worst: Curve
     """Mean result over the tenth of the opponents (at least one) with the worst results."""
 
 
-def generalist(results: np.ndarray) -> Generalist:
+def generalist(results: PayoffMatrix) -> Generalist:
     """Return the scores of each generation against a panel that no generation evolved against.
 
     The scores follow the generalisation performance of Chong, Tino & Yao (Measuring generalization performance in

@@ -9,6 +9,7 @@ import choix
 import numpy as np
 
 from esp_trainer.analysis.games import Sides, as_shares
+from esp_trainer.arrays import Counts, Curve, PayoffMatrix
 from esp_trainer.statistics import Z_95
 
 _POINTS_PER_NAT = 400 / log(10)
@@ -19,13 +20,13 @@ _MAX_ITERATIONS = 10_000  # a perfect ranking of 45 generations takes some hundr
 class Ratings:
     """Ratings of one side's generations with their 95% intervals, float64 ``(G,)`` each."""
 
-    rating: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    rating: Curve
+    low: Curve
+    high: Curve
 
 
 def rate(
-    caught: np.ndarray, episodes: int | np.ndarray, generator: np.random.Generator, n_resamples: int = 200
+    caught: PayoffMatrix, episodes: int | Counts, generator: np.random.Generator, n_resamples: int = 200
 ) -> Sides[Ratings]:
     """Fit ratings by the Bradley-Terry model (Biometrika 39, 1952).
 
@@ -58,11 +59,11 @@ def rate(
     return Sides(Ratings(*(p[:n_predators] for p in points)), Ratings(*(p[n_predators:] for p in points)))
 
 
-def _with_a_draw(caught: np.ndarray, episodes: int | np.ndarray) -> np.ndarray:
+def _with_a_draw(caught: PayoffMatrix, episodes: int | Counts) -> PayoffMatrix:
     return (caught * episodes + 0.5) / (episodes + 1)
 
 
-def _fit(caught: np.ndarray, episodes: int | np.ndarray, initial: np.ndarray | None = None) -> np.ndarray:
+def _fit(caught: PayoffMatrix, episodes: int | Counts, initial: np.ndarray | None = None) -> np.ndarray:
     """Return the maximum-likelihood log-strengths of predators, then prey, with mean 0."""
     # choix rather than evalica: it takes a matrix of counts, needs no pandas, and reports when it has not converged.
     n_predators, n = len(caught), sum(caught.shape)

@@ -9,7 +9,9 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
+from esp_trainer.arrays import BoolMask, Cells, Steps
 from predprey_env import PredPreyEnv
+from predprey_env.arrays import Picture
 from predprey_env.config import EnvConfig
 from predprey_env.extras import require_pygame
 from predprey_env.policies import Policy
@@ -33,7 +35,7 @@ class Trajectory:
     """Time of each moment, in steps."""
 
     @property
-    def cells(self) -> np.ndarray:
+    def cells(self) -> Cells:
         """Cells of all agents after each whole step, int32 ``(n_steps + 1, n_agents, 2)``, predators first."""
         whole = [world for world, time in zip(self.worlds, self.times, strict=True) if time == int(time)]
         return np.stack([np.stack([world.x, world.y], axis=1) for world in whole])
@@ -45,7 +47,7 @@ class Trajectory:
         return Paths.of_trace(cells, self.env.n_predators, self.env.size, self.caught_at[None])
 
     @property
-    def caught_at(self) -> np.ndarray:
+    def caught_at(self) -> Steps:
         """Step in which each prey was caught, counted from 1, or 0 if it was not: int ``(n_prey,)``."""
         caught = np.array([world.alive for world in self.worlds]) == 0
         steps = np.ceil(self.times).astype(np.int64)
@@ -80,7 +82,7 @@ def as_text(episode: Trajectory) -> Iterator[str]:
         yield text(world, episode.env, int(np.ceil(time)))
 
 
-def as_pictures(episode: Trajectory, fps: float, follow: int | None = None) -> Iterator[np.ndarray]:
+def as_pictures(episode: Trajectory, fps: float, follow: int | None = None) -> Iterator[Picture]:
     """Yield an RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours seen.
 
     With ``follow``, pictures are so many cells wide and follow the chase; else they show the whole world.
@@ -111,7 +113,7 @@ def captions(episode: Trajectory) -> list[str]:
     return lines
 
 
-def seen_in(episode: Trajectory) -> dict[str, np.ndarray]:
+def seen_in(episode: Trajectory) -> dict[str, BoolMask]:
     """Return the whole steps at which each behaviour is seen, bool ``(n_steps + 1,)``; leave out those never seen."""
     paths, n_rows = episode.paths(), len(episode.cells)
     rows = {name: detector.rows(paths)[0, :n_rows] for name, detector in BEHAVIOURS.items() if detector.of_interaction}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from esp_trainer.analysis.behaviours.counts import BehaviourRate, count_behaviours
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import Cells, GenerationIndices
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.seeding import stream
 from esp_trainer.types import TrialBatch
@@ -17,7 +16,7 @@ WATCHED_EPISODES = 128
 
 def episodes(
     history: History, evaluator: FusedEvaluator, generation: int, *, n_episodes: int = WATCHED_EPISODES, seed: int = 0
-) -> tuple[np.ndarray, Paths]:
+) -> tuple[Cells, Paths]:
     """Play the champions of a generation against each other, from held-out starts.
 
     Args:
@@ -42,7 +41,7 @@ def episodes(
 def watch_behaviours(
     history: History,
     evaluator: FusedEvaluator,
-    generations: np.ndarray,
+    generations: GenerationIndices,
     *,
     n_episodes: int = WATCHED_EPISODES,
     seed: int = 0,

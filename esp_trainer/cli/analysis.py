@@ -12,6 +12,7 @@ from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.progress import Progress
+from esp_trainer.arrays import PayoffMatrix
 from esp_trainer.cli.runs import read_runs
 from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.registry import make_evaluator
@@ -52,7 +53,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
     return 0
 
 
-def _tell(run: Path, history: History, own: Played, met: dict[Role, list[np.ndarray]]) -> None:
+def _tell(run: Path, history: History, own: Played, met: dict[Role, list[PayoffMatrix]]) -> None:
     config, payoff, total = history.config, own.payoff, own.total
     captures = isinstance(own, CrossPlay)
     print(f"{run}: {config.preset}, seed {config.seed}, {counted(len(history), 'generation')}")

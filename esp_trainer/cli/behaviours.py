@@ -9,6 +9,7 @@ import numpy as np
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.inference import MIN_SEEDS, over_seeds
 from esp_trainer.analysis.watch import watch_behaviours
+from esp_trainer.arrays import GenerationIndices, SeedValues
 from esp_trainer.cli.runs import check_world, read_runs
 from esp_trainer.cli.streams import say
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -52,7 +53,7 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
     return 0
 
 
-def _cell(values: np.ndarray) -> str:
+def _cell(values: SeedValues) -> str:
     known = values[~np.isnan(values)]
     if not len(known):
         return "-"
@@ -62,7 +63,7 @@ def _cell(values: np.ndarray) -> str:
     return f"{estimate.mean:z.0f}±{estimate.high - estimate.mean:.0f}"
 
 
-def _write(path: Path, runs: list[Path], generations: np.ndarray, names: list[str], rates: np.ndarray) -> None:
+def _write(path: Path, runs: list[Path], generations: GenerationIndices, names: list[str], rates: np.ndarray) -> None:
     lines: list[list[object]] = [["run", "generation", "behaviour", "rate", "rate by chance", "meaning"]]
     for run, of_run in zip(runs, rates, strict=True):
         for name, of_name in zip(names, of_run, strict=True):

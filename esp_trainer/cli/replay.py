@@ -8,12 +8,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import compress
 from pathlib import Path
 
-import numpy as np
-
 from esp_trainer.analysis.replay import Trajectory, as_pictures, as_text, play_episode, seen_in
 from esp_trainer.cli.streams import is_screen
 from esp_trainer.cli.teams import pair
 from esp_trainer.files import check_place
+from predprey_env.arrays import Picture
 from predprey_env.extras import require_pygame
 from predprey_env.rendering import save_video
 from predprey_env.rendering.video import check_encoder
@@ -58,7 +57,7 @@ def _print(frames: Iterable[str], fps: int) -> None:
             time.sleep(1 / fps)
 
 
-def _with_last_look(pictures: Iterable[np.ndarray], fps: int) -> Iterator[np.ndarray]:
+def _with_last_look(pictures: Iterable[Picture], fps: int) -> Iterator[Picture]:
     """Yield the pictures, and repeat the last one."""
     for picture in pictures:
         yield picture

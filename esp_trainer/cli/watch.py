@@ -18,6 +18,7 @@ from rich.text import Text
 
 from esp_trainer.analysis.history import curves_of
 from esp_trainer.analysis.replay import Trajectory, as_text, play_episode
+from esp_trainer.arrays import Curve, Fractions
 from esp_trainer.cli.keyboard import Keyboard
 from esp_trainer.cli.signals import handled_by
 from esp_trainer.cli.streams import is_screen
@@ -52,7 +53,7 @@ class _Log:
     def __init__(self, file: Path) -> None:
         self._file, self._tail = file, Tail(file)
         self.lines: list[dict[str, Any]] = []
-        self.curves: dict[str, np.ndarray] = {}
+        self.curves: dict[str, Curve] = {}
 
     def look(self) -> int:
         """Read new lines, and return the number of generations."""
@@ -197,7 +198,7 @@ def _beside(left: Group, right: Text) -> Table:
     return grid
 
 
-def chart(values: np.ndarray, width: int, height: int) -> list[str]:
+def chart(values: Fractions, width: int, height: int) -> list[str]:
     """Return values in [0, 1] as ``height`` lines of block characters, each column the mean of its values."""
     columns = min(width, len(values))
     means = np.array([part.mean() for part in np.array_split(values, columns)])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis.genealogy import Leading
+from esp_trainer.arrays import NeuronIndices
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.types import Role
 from predprey_env.settings import counted
@@ -59,7 +60,7 @@ def caption(leading: Leading) -> str:
     )
 
 
-def colours(founders: np.ndarray) -> np.ndarray:
+def colours(founders: NeuronIndices) -> np.ndarray:
     """Return the colour of the leading founder of each neuron in each generation: its rank from 1, or 0 for others.
 
     In each neuron those founders have ranks that lead in the most generations; of equal ones, the first to lead.

@@ -18,6 +18,7 @@ import numpy as np
 from esp_trainer.analysis.inference import MIN_SEEDS, interval_of_curves
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import master_tournament
+from esp_trainer.arrays import Curve, CurvesOfRuns, TeamGenomes
 from esp_trainer.report import genealogy
 from esp_trainer.report.ancestry import ancestry
 from esp_trainer.report.measure import REPORTED_BEHAVIOURS, MeasuredRuns, appeared
@@ -55,7 +56,7 @@ def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     return shown
 
 
-def _curve(x: np.ndarray, curves: np.ndarray, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:
+def _curve(x: np.ndarray, curves: CurvesOfRuns, name: str, colour: str, number: int = 0, **more: Any) -> list[Any]:
     """Return traces of the mean over runs, ``(n_runs, n)``, preceded by its 95% interval for three runs or more."""
     mean, low, high = interval_of_curves(curves)
     line = {"color": colour, "dash": _DASHES[number % len(_DASHES)], "width": 2}
@@ -235,7 +236,7 @@ def _past(runs: Sequence[MeasuredRuns]) -> Figure:
     }
 
 
-def _of_sides(curves: Mapping[Role, np.ndarray], name: str = "", number: int = 0) -> list[Any]:
+def _of_sides(curves: Mapping[Role, CurvesOfRuns], name: str = "", number: int = 0) -> list[Any]:
     """Return traces of curves ``(n_runs, n_generations)`` of each side."""
     data: list[Any] = []
     for role, values in curves.items():
@@ -271,7 +272,7 @@ def _named(traces: list[Any]) -> list[Any]:
     ]
 
 
-def _sizes(champions: np.ndarray) -> np.ndarray:
+def _sizes(champions: TeamGenomes) -> Curve:
     """Return the mean absolute value of each champion's genes, without those that no network reads (which are 0)."""
     genes = np.abs(champions).reshape(len(champions), -1)
     return np.asarray(genes.sum(axis=1) / np.maximum(1, (genes != 0).sum(axis=1)), float)

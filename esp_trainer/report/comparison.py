@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.comparison import HELD_OUT, SCRIPTED, Condition, measure_name
 from esp_trainer.analysis.inference import summary
+from esp_trainer.arrays import Curve, GenerationIndices
 from esp_trainer.report.comparison_tables import Table
 from esp_trainer.report.html import page
 from esp_trainer.types import ROLES, Role
@@ -48,7 +49,7 @@ class _Measure:
     title: str
     axis: str
     """Label of the axis of the measure's values."""
-    curves: Callable[[Condition], tuple[np.ndarray, list[np.ndarray]]] | None
+    curves: Callable[[Condition], tuple[GenerationIndices, list[Curve]]] | None
     """Function that returns the generations and one curve per run; None for a measure without curves."""
     measure: str
     """Name of the measure of the dot plot, see :func:`~esp_trainer.analysis.comparison.measures`."""
@@ -114,7 +115,7 @@ def _sections(conditions: Sequence[Condition]) -> list[str]:
 
 
 def _against(role: Role, panel: str, *, captures: bool) -> _Measure:
-    def curves(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
+    def curves(condition: Condition) -> tuple[GenerationIndices, list[Curve]]:
         name = f"{role}_{panel}"
         return condition.runs[0].generations, [run.curves[name] for run in condition.runs if name in run.curves]
 
@@ -123,7 +124,7 @@ def _against(role: Role, panel: str, *, captures: bool) -> _Measure:
     return _Measure(role.capitalize(), axis, curves, measure_name(role, panel, "level"), both)
 
 
-def _success(condition: Condition) -> tuple[np.ndarray, list[np.ndarray]]:
+def _success(condition: Condition) -> tuple[GenerationIndices, list[Curve]]:
     known = [run.payoff for run in condition.runs if not np.isnan(run.payoff).any()]
     return np.arange(len(condition.runs[0].payoff)), known
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from esp_trainer.analysis.genealogy import Genealogy
+from esp_trainer.arrays import Curve, CurvesOfRuns
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.types import ROLES, Role
 from predprey_env.settings import counted
@@ -15,17 +16,17 @@ _FEW = 0.1
 """Fraction of the founders below which they count as few."""
 
 
-def founders(runs: Sequence[MeasuredRuns]) -> dict[Role, np.ndarray]:
+def founders(runs: Sequence[MeasuredRuns]) -> dict[Role, CurvesOfRuns]:
     """Return the effective number of founders by generation, ``(n_runs, n_generations)`` for each side."""
     return _curves(runs, lambda each: each.founders)
 
 
-def from_past(runs: Sequence[MeasuredRuns]) -> dict[Role, np.ndarray]:
+def from_past(runs: Sequence[MeasuredRuns]) -> dict[Role, CurvesOfRuns]:
     """Return the fraction of genes that came through a past champion; nothing if none did."""
     return _if_any(_curves(runs, lambda each: each.from_past))
 
 
-def skipped(runs: Sequence[MeasuredRuns]) -> dict[Role, np.ndarray]:
+def skipped(runs: Sequence[MeasuredRuns]) -> dict[Role, CurvesOfRuns]:
     """Return the fraction of its generations that a gene skipped as a past champion's; nothing if it skipped none."""
     return _if_any(_curves(runs, lambda each: each.skipped / np.maximum(1, np.arange(len(each)))))
 
@@ -60,15 +61,15 @@ def _both(values: Mapping[Role, str]) -> str:
     return " and ".join(f"{value} for the {role}" for role, value in values.items())
 
 
-def _curves(runs: Sequence[MeasuredRuns], of: Callable[[Genealogy], np.ndarray]) -> dict[Role, np.ndarray]:
+def _curves(runs: Sequence[MeasuredRuns], of: Callable[[Genealogy], Curve]) -> dict[Role, CurvesOfRuns]:
     kept = {role: [run.source.genealogies[role] for run in runs if role in run.source.genealogies] for role in ROLES}
     return {role: np.stack([of(each) for each in found]) for role, found in kept.items() if found}
 
 
-def _if_any(curves: dict[Role, np.ndarray]) -> dict[Role, np.ndarray]:
+def _if_any(curves: dict[Role, CurvesOfRuns]) -> dict[Role, CurvesOfRuns]:
     return curves if any(values.any() for values in curves.values()) else {}
 
 
-def _last(curves: Mapping[Role, np.ndarray]) -> dict[Role, float]:
+def _last(curves: Mapping[Role, CurvesOfRuns]) -> dict[Role, float]:
     """Return the value of each side in the last generation, mean over runs."""
     return {role: float(values[:, -1].mean()) for role, values in curves.items()}

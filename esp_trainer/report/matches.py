@@ -15,6 +15,7 @@ from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.roles import role_towards_any
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import GenerationIndices
 from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.evaluation.kernel import Entrants, seed_of
 from esp_trainer.networks.controller import Controller
@@ -80,7 +81,7 @@ def world_for_page(env: EnvConfig) -> dict[str, Any]:
     }
 
 
-def teams(history: History, role: Role, generations: np.ndarray) -> dict[str, Any]:
+def teams(history: History, role: Role, generations: GenerationIndices) -> dict[str, Any]:
     """Return the champions of a side in some generations, or its script.
 
     Genes are base64 of little-endian float32.
@@ -116,6 +117,6 @@ def _fields(one: Any) -> dict[str, Any]:
     return {**fields, "kind": type(one).__name__}
 
 
-def both(history: History, generations: np.ndarray) -> dict[Role, Any]:
+def both(history: History, generations: GenerationIndices) -> dict[Role, Any]:
     """Return the :func:`teams` of both sides of a run."""
     return {role: teams(history, role, generations) for role in ROLES}

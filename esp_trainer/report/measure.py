@@ -17,6 +17,7 @@ from esp_trainer.analysis.moments import Moment, best_moment
 from esp_trainer.analysis.phases import Alternation, Phase
 from esp_trainer.analysis.progress import Progress, global_progress, historical_progress
 from esp_trainer.analysis.watch import episodes
+from esp_trainer.arrays import Curve, GenerationIndices
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.evaluation.other_game import GameEvaluator
 from esp_trainer.evaluation.registry import make_evaluator
@@ -49,14 +50,14 @@ class ReportOptions:
 class Watched:
     """Behaviours in episodes between contemporary champions of some generations."""
 
-    generations: np.ndarray
+    generations: GenerationIndices
     """Watched generations, int ``(n,)``."""
     rates: dict[str, list[BehaviourRate]]
     """Rate of each behaviour in each generation."""
     moments: list[dict[str, Moment]]
     """Best moment of each behaviour that was seen, for each generation."""
 
-    def excess(self, name: str) -> np.ndarray:
+    def excess(self, name: str) -> Curve:
         """Return the rate of a behaviour beyond chance in each generation, float ``(n,)``; nan where it is unknown."""
         return np.array([rate.excess for rate in self.rates[name]])
 
@@ -154,7 +155,7 @@ def _measure(
     )
 
 
-def _watch(history: History, evaluator: FusedEvaluator, generations: np.ndarray) -> Watched:
+def _watch(history: History, evaluator: FusedEvaluator, generations: GenerationIndices) -> Watched:
     rates: dict[str, list[BehaviourRate]] = {}
     moments: list[dict[str, Moment]] = []
     for generation in generations.tolist():

@@ -13,6 +13,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.phases import Phase
+from esp_trainer.arrays import BoolMask
 from esp_trainer.report.measure import REPORTED_BEHAVIOURS, SEEN, MeasuredRuns, Watched
 
 PHASES = 6
@@ -52,7 +53,7 @@ def why_no_phases(runs: Sequence[MeasuredRuns]) -> str:
     return "Phases have no pictures: none has a behaviour of its own." if n_phases > 1 else ""
 
 
-def _inside(watched: Watched, phase: Phase) -> np.ndarray:
+def _inside(watched: Watched, phase: Phase) -> BoolMask:
     return (watched.generations >= phase.start) & (watched.generations < phase.end)
 
 

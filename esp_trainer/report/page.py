@@ -12,6 +12,7 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import GenerationIndices
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.starts import CellStarts
 from esp_trainer.files import write_text
@@ -28,6 +29,7 @@ from esp_trainer.report.story import Line, story
 from esp_trainer.report.verdict import verdict
 from esp_trainer.report.win_matrix import win_matrix
 from esp_trainer.seeding import stream
+from predprey_env.arrays import Starts
 from predprey_env.settings import counted, flat
 
 _SCRIPTS = (
@@ -198,14 +200,14 @@ def _teams(runs: Sequence[MeasuredRuns], *, playable: bool) -> list[dict[str, An
     ]
 
 
-def _kept(run: MeasuredRuns, history: History, *, whole: bool) -> np.ndarray:
+def _kept(run: MeasuredRuns, history: History, *, whole: bool) -> GenerationIndices:
     if whole or run.own is None or run.watched is None:
         return history.kept
     played = run.own.predators if "predators" in history.champions else run.own.prey
     return np.union1d(played, run.watched.generations)
 
 
-def _starts(runs: Sequence[MeasuredRuns]) -> np.ndarray:
+def _starts(runs: Sequence[MeasuredRuns]) -> Starts:
     """Return the starts of the cross-play, so that the matches behind each cell of the matrix can be played.
 
     They are int ``(n, n_agents, 2)``; none without a cross-play.

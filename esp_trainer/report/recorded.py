@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis.history import History
+from esp_trainer.arrays import GenerationIndices
 from esp_trainer.coevolution.sides import side_config
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.types import ROLES, Role, TrialBatch
+from predprey_env.arrays import Starts
 from predprey_env.config import EnvConfig
 
 BUDGET = 2**20
@@ -28,7 +30,7 @@ STARTS = 4
 """Maximum number of starts of each pairing."""
 
 
-def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], starts: np.ndarray) -> dict[str, Any]:
+def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], starts: Starts) -> dict[str, Any]:
     """Return the part of the page's data that holds recorded matches.
 
     In each run, each chosen generation of the predators meets each of the prey, from each chosen start.
@@ -62,7 +64,7 @@ def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], st
     return {"runs": offered, "starts": chosen.tolist(), "moments": shown, "recorded": matches}
 
 
-def _side(history: History, role: Role, generations: np.ndarray) -> dict[str, Any]:
+def _side(history: History, role: Role, generations: GenerationIndices) -> dict[str, Any]:
     """Return the generations of an evolved side, or the name of a script."""
     if role in history.champions:
         return {"generations": generations.tolist()}
@@ -70,7 +72,7 @@ def _side(history: History, role: Role, generations: np.ndarray) -> dict[str, An
 
 
 def record_matches(
-    history: History, evaluator: FusedEvaluator, pairs: Sequence[tuple[int, int, np.ndarray]]
+    history: History, evaluator: FusedEvaluator, pairs: Sequence[tuple[int, int, Starts]]
 ) -> list[dict[str, Any]]:
     """Play matches between champions of a run.
 

@@ -13,6 +13,7 @@ import numpy as np
 from esp_trainer.analysis.genealogy import Genealogy, of_run
 from esp_trainer.analysis.history import History, curve_names, curves_of, payoff_curve
 from esp_trainer.analysis.pooling import cut_to_shortest
+from esp_trainer.arrays import Curve, GenerationIndices, TeamGenomes
 from esp_trainer.coevolution.hall_of_fame import kept_generations
 from esp_trainer.coevolution.sides import side_config, side_controller
 from esp_trainer.config import RunConfig
@@ -39,12 +40,12 @@ class RunSource:
     history: History | None
     """Champions and curves of the same generations. None without champions, when nothing can be played. The curves are
     nan if the log is lost."""
-    curves: dict[str, np.ndarray]
+    curves: dict[str, Curve]
     """Curves, see :attr:`History.curves`; empty if the log is lost."""
-    spreads: dict[Role, np.ndarray]
+    spreads: dict[Role, Curve]
     """Statistics of each evolving side's subpopulations, ``(n_generations, 4)``, with columns :data:`SPREADS`. nan for
     statistics that the log lacks, and empty if it has none."""
-    seconds: dict[str, np.ndarray]
+    seconds: dict[str, Curve]
     """Wall time of each generation by phase, in seconds, ``(n_generations,)``; empty if not logged."""
     missing: tuple[str, ...]
     """Notes on everything that could not be read, with reasons."""
@@ -138,7 +139,7 @@ def _lines(log: Path, missing: list[str]) -> list[dict[str, Any]]:
 
 def _champions(
     directory: RunDirectory, config: RunConfig, missing: list[str]
-) -> tuple[dict[Role, np.ndarray], np.ndarray]:
+) -> tuple[dict[Role, TeamGenomes], GenerationIndices]:
     """Return the champions of each evolving side, and their generations, int ``(n_kept,)``.
 
     They are read from the checkpoint, or if that fails from the champions' own files, up to the first damaged file.
@@ -150,7 +151,7 @@ def _champions(
         pass  # the run has just begun, so this is not worth a note
     except ValueError as error:
         missing.append(f"{error}: the champions' own files are read instead.")
-    genomes: dict[Role, dict[int, np.ndarray]] = {}
+    genomes: dict[Role, dict[int, TeamGenomes]] = {}
     for role in [role for role in ROLES if side_config(config, role).policy == "esp"]:
         genomes[role] = _whole(directory, role, missing)
         if not genomes[role]:
@@ -160,9 +161,9 @@ def _champions(
     return {role: np.stack([teams[n] for n in kept]) for role, teams in genomes.items()}, np.array(kept)
 
 
-def _whole(directory: RunDirectory, role: Role, missing: list[str]) -> dict[int, np.ndarray]:
+def _whole(directory: RunDirectory, role: Role, missing: list[str]) -> dict[int, TeamGenomes]:
     """Return the champion of each generation of one side, from the champions' files up to the first damaged one."""
-    genomes: dict[int, np.ndarray] = {}
+    genomes: dict[int, TeamGenomes] = {}
     for generation in directory.champion_generations(role):
         try:
             genomes[generation] = Team.load(directory.champion_file(role, generation)).genomes
@@ -172,7 +173,7 @@ def _whole(directory: RunDirectory, role: Role, missing: list[str]) -> dict[int,
     return genomes
 
 
-def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, np.ndarray]:
+def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, Curve]:
     try:
         roles: list[Role] = list(lines[0]["subpopulations"]) if lines else []
         told = {role: [line["subpopulations"][role] for line in lines] for role in roles}
@@ -198,7 +199,7 @@ def _genealogies(run: Path, n: int, missing: list[str]) -> dict[Role, Genealogy]
         return {}
 
 
-def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, np.ndarray]:
+def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, Curve]:
     """Return the wall time of each generation by phase, in seconds. Missing generations are interpolated.
 
     A generation is missing if the process was killed before its line was written, or if it is the latest one of a run

@@ -14,6 +14,7 @@ import numpy as np
 from esp_trainer.analysis.cross_play import PayoffPlay, Played
 from esp_trainer.analysis.plots import smooth
 from esp_trainer.analysis.progress import early_late, progress
+from esp_trainer.arrays import PayoffMatrix
 from esp_trainer.report.measure import SHORTEST, MeasuredRuns
 from esp_trainer.types import ROLES, Role
 
@@ -131,7 +132,7 @@ def improving(own: Played, *, late: bool = False) -> list[Role]:
         own: Cross-play of at least four generations of each side.
         late: Look at the second half of the run alone.
     """
-    results: dict[Role, np.ndarray] = {"predators": own.payoff, "prey": own.total - own.payoff.T}
+    results: dict[Role, PayoffMatrix] = {"predators": own.payoff, "prey": own.total - own.payoff.T}
     since = {role: len(results[role]) // 2 if late else 0 for role in ROLES}
     gained = {role: progress(results[role][since[role] :], own.total).strength for role in ROLES}
     return [role for role in ROLES if gained[role] > notable(own)]

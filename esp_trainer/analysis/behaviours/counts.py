@@ -12,6 +12,7 @@ from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
 from esp_trainer.analysis.behaviours.specialisation import NEITHER, main_roles, specialisation
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.arrays import Fractions
 
 _SHUFFLES = 20
 _Rates = TypeVar("_Rates", float, np.ndarray)
@@ -78,6 +79,6 @@ def count_behaviours(
     return rates
 
 
-def _mean(values: np.ndarray) -> float:
+def _mean(values: Fractions) -> float:
     known = values[~np.isnan(values)]
     return float(known.mean()) if len(known) else float("nan")

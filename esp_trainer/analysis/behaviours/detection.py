@@ -14,6 +14,7 @@ from esp_trainer.analysis.behaviours.roles import attacker, blocker, mark_roles,
 from esp_trainer.analysis.behaviours.surrounding import encirclement
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
 from esp_trainer.analysis.behaviours.two_prey import herding, scattering, simultaneous_capture
+from esp_trainer.arrays import BoolMask
 from predprey_env.jit import entry_point
 from predprey_env.jit.values import Array
 
@@ -87,7 +88,7 @@ def detected(paths: Paths, thresholds: Thresholds) -> Detected:
     return found
 
 
-def rows_of(detector: Callable[..., bool]) -> Callable[[Paths, Thresholds], np.ndarray]:
+def rows_of(detector: Callable[..., bool]) -> Callable[[Paths, Thresholds], BoolMask]:
     """Return the function that gives the rows at which a detector sees its behaviour, bool ``(n_episodes, n_rows)``."""
     name = detector.__name__
     return lambda paths, thresholds: np.asarray(getattr(detected(paths, thresholds).seen, name))

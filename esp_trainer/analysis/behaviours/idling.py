@@ -6,9 +6,10 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.arrays import BoolMask, Fractions
 
 
-def idling(paths: Paths, _: Thresholds) -> np.ndarray:
+def idling(paths: Paths, _: Thresholds) -> Fractions:
     """Return the fraction of the predators' steps that are idle, float ``(n_episodes,)``.
 
     "To evolve blocking strategies in predators, the idle action is often important" (V).
@@ -16,7 +17,7 @@ def idling(paths: Paths, _: Thresholds) -> np.ndarray:
     return _idle(paths).sum(axis=(1, 2)) / np.maximum(paths.lengths * paths.n_predators, 1)
 
 
-def parity_idle(paths: Paths, _: Thresholds) -> np.ndarray:
+def parity_idle(paths: Paths, _: Thresholds) -> Fractions:
     """Return the fraction of captures by a predator that had idled an odd number of times, float ``(n_episodes,)``.
 
     It is nan where no captor is known. Captors are the predators in the prey's cell when it is caught; if there are
@@ -35,7 +36,7 @@ def parity_idle(paths: Paths, _: Thresholds) -> np.ndarray:
     return np.where(counts > 0, mended / np.maximum(counts, 1), np.nan)
 
 
-def _idle(paths: Paths) -> np.ndarray:
+def _idle(paths: Paths) -> BoolMask:
     idle = np.zeros(paths.predators.shape[:3], bool)
     idle[:, 1:] = (np.diff(paths.predators, axis=1) == 0).all(axis=3) & paths.valid[:, 1:, None]
     return idle

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from esp_trainer.analysis.behaviours.episode import measure_offsets, unwrap
+from esp_trainer.arrays import BoolMask, Cells, Steps
 from predprey_env.jit import entry_point
 from predprey_env.jit.values import Array
 
@@ -33,16 +34,16 @@ class Paths:
     ``t``, and rows after the end of an episode repeat its last row.
     """
 
-    predators: np.ndarray
+    predators: Cells
     """Unwrapped cells (x, y), int64 ``(n_episodes, n_rows, n_predators, 2)``: east is +x, north is +y."""
 
-    prey: np.ndarray
+    prey: Cells
     """Unwrapped cells (x, y), int64 ``(n_episodes, n_rows, n_prey, 2)``."""
 
-    lengths: np.ndarray
+    lengths: Steps
     """Index of the last row of each episode, int ``(n_episodes,)``: its number of steps."""
 
-    capture_times: np.ndarray
+    capture_times: Steps
     """Row at which each prey is caught, or ``n_rows`` if it never is, int ``(n_episodes, n_prey)``."""
 
     size: int
@@ -52,7 +53,7 @@ class Paths:
     """Behaviours detected in these episodes, by thresholds: see :func:`.detection.detected`."""
 
     @classmethod
-    def of_trace(cls, cells: np.ndarray, n_predators: int, size: int, caught_at: np.ndarray | None = None) -> Paths:
+    def of_trace(cls, cells: Cells, n_predators: int, size: int, caught_at: Steps | None = None) -> Paths:
         """Make the paths of episodes from the cells of all agents, as :class:`esp_trainer.types.Trace` records them.
 
         Args:
@@ -114,17 +115,17 @@ class Paths:
         return int(self.prey.shape[2])
 
     @cached_property
-    def valid(self) -> np.ndarray:
+    def valid(self) -> BoolMask:
         """True at rows up to the end of the episode, bool ``(n_episodes, n_rows)``."""
         return _until(self.lengths, self.n_rows)
 
     @cached_property
-    def captured(self) -> np.ndarray:
+    def captured(self) -> BoolMask:
         """True for prey that are caught in the episode, bool ``(n_episodes, n_prey)``."""
         return self.capture_times < self.n_rows
 
     @cached_property
-    def cells(self) -> np.ndarray:
+    def cells(self) -> Cells:
         """Unwrapped cells of all agents, predators first, int64 ``(n_episodes, n_rows, n_agents, 2)``."""
         return np.concatenate([self.predators, self.prey], axis=2, dtype=np.int64)
 
@@ -150,11 +151,11 @@ class Paths:
         return np.abs(self.offsets).sum(axis=-1, dtype=np.int32)
 
 
-def _until(last: np.ndarray, n_rows: int) -> np.ndarray:
+def _until(last: Steps, n_rows: int) -> BoolMask:
     return np.arange(n_rows) <= last[:, None]
 
 
-def _inferred(predators: np.ndarray, prey: np.ndarray, lengths: np.ndarray, size: int) -> np.ndarray:
+def _inferred(predators: Cells, prey: Cells, lengths: Steps, size: int) -> Steps:
     """Return capture times that follow from the paths alone."""
     n_episodes, n_rows = prey.shape[:2]
     moved = (np.diff(prey, axis=1) != 0).any(axis=3)

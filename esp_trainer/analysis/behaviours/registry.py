@@ -11,6 +11,7 @@ from esp_trainer.analysis.behaviours import evasion, idling, roles, surrounding,
 from esp_trainer.analysis.behaviours.detection import rows_of
 from esp_trainer.analysis.behaviours.paths import Paths
 from esp_trainer.analysis.behaviours.thresholds import Thresholds
+from esp_trainer.arrays import BoolMask, Fractions
 from esp_trainer.types import Role
 
 
@@ -18,7 +19,7 @@ from esp_trainer.types import Role
 class Detector:
     """A detector of a behaviour in episodes."""
 
-    rule: Callable[[Paths, Thresholds], np.ndarray]
+    rule: Callable[[Paths, Thresholds], BoolMask | Fractions]
     """Definition of the behaviour: a function that returns the rows at which it is seen, bool ``(n_episodes, n_rows)``,
     or a number per episode, float ``(n_episodes,)``."""
 
@@ -41,7 +42,7 @@ class Detector:
         """Return whether there are enough agents for the behaviour."""
         return n_predators >= self.min_predators and n_prey >= self.min_prey
 
-    def rows(self, paths: Paths) -> np.ndarray:
+    def rows(self, paths: Paths) -> BoolMask:
         """Return the rows at which the behaviour is seen, bool ``(n_episodes, n_rows)``.
 
         If the rule gives a number per episode, the last row of each episode with a number above 0 is marked. No row is
@@ -54,7 +55,7 @@ class Detector:
             return found
         return (np.nan_to_num(found)[:, None] > 0) & (np.arange(paths.n_rows) == paths.lengths[:, None])
 
-    def __call__(self, paths: Paths, thresholds: Thresholds | None = None) -> np.ndarray:
+    def __call__(self, paths: Paths, thresholds: Thresholds | None = None) -> Fractions:
         """Return a number per episode, float ``(n_episodes,)``: 1 if the behaviour is seen, 0 if not, or a fraction.
 
         It is nan where the behaviour is not defined, for example with too few agents.
