@@ -20,16 +20,16 @@ TEAMS: tuple[TeamName, TeamName] = ("predators", "prey")
 CLOSENESS = ("uncaught", "all", "nearest")
 
 SHAPES = frozenset({"n_predators", "n_prey", "predator_idle"})
-"""Fields of :class:`EnvConfig` that decide which teams fit the world."""
+"""Fields of :class:`EnvConfig` that decide which trained teams can play in the world."""
 PAYOFF = frozenset({"closeness", "credit", "prey_fitness", "reward"})
 """Fields of :class:`EnvConfig` that define the payoff."""
 SIGHT_OPTIONS = frozenset(
     {"see_teammates", "see_moves", "see_identity", "see_nearest_first", "see_scaled", "mask_actions"}
 )
-"""Fields of :class:`EnvConfig` that add to what agents observe and are told: all of them are booleans."""
+"""Boolean fields of :class:`EnvConfig` that change observations and infos."""
 SIGHT = SIGHT_OPTIONS | {"observation"}
-"""Fields of :class:`EnvConfig` that decide what agents observe and are told. Fields that are in none of :data:`SHAPES`,
-:data:`PAYOFF` and :data:`SIGHT` change how episodes go."""
+"""Fields of :class:`EnvConfig` that define observations and infos. Fields in none of :data:`SHAPES`, :data:`PAYOFF` and
+:data:`SIGHT` define starts and dynamics."""
 
 
 class TeamShape(NamedTuple):
@@ -56,8 +56,8 @@ class Rules(NamedTuple):
     individual_credit: bool
     complementary: bool
     sight: Any
-    """Observation of agents that are played from outside, an :class:`~predprey_env.sight.AnySight`; a compiled player
-    has its own."""
+    """Observation of the agents whose actions the caller chooses, an :class:`~predprey_env.sight.AnySight`; a compiled
+    player has its own."""
 
 
 class EnvParameters(TypedDict, total=False):
@@ -92,10 +92,10 @@ class EnvConfig(Settings):
     """
 
     n_predators: int = Field(default=3, ge=1)
-    """Predators in the team."""
+    """Number of predators."""
 
     n_prey: int = Field(default=2, ge=1)
-    """Prey in the team."""
+    """Number of prey."""
 
     size: int = Field(default=100, ge=3, le=10_000)
     """Side of the square toroid, in cells."""
@@ -104,10 +104,10 @@ class EnvConfig(Settings):
     """Time limit of an episode, in steps."""
 
     move_order: Literal["simultaneous", "prey_first"] = "simultaneous"
-    """Order of moves: all at once; or in turns, where the prey move and the predators see it before they choose."""
+    """Order of moves: all agents at once, or in turns, where predators observe the prey's move before they choose."""
 
     swap_captures: bool = False
-    """Count it as a capture when a predator and a prey trade places; agents that move in turns never trade places."""
+    """Count it as a capture when a predator and a prey swap cells; when teams move in turns, this never happens."""
 
     captured_prey: Literal["inert", "removed"] = "inert"
     """Fate of a captured prey: it stays in `agents` and does nothing, or it terminates and leaves."""
@@ -116,7 +116,7 @@ class EnvConfig(Settings):
     """Treatment of a prey whose random start is a predator's cell: it is placed again, or stays there."""
 
     predator_idle: bool = True
-    """Give predators the fifth action, to stand still."""
+    """Give predators a fifth action: idle."""
 
     closeness: Literal["uncaught", "all", "nearest"] = "uncaught"
     """Distances in the predators' fitness: to each uncaught prey; to all prey, a caught one at distance 0; or from the
@@ -129,7 +129,7 @@ class EnvConfig(Settings):
     """The prey's fitness: the paper's, or 25 minus the predator team's, which the paper reports as failing."""
 
     reward: Literal["terminal", "dense"] = "terminal"
-    """Rewards: the fitness on the last step, or at each step the change in the fitness if the episode ended now."""
+    """Rewards: the fitness on the last step, or on each step the change in fitness, as if the episode ended there."""
 
     observation: str = "offsets"
     """Observation of the agents: `offsets`, as in the paper, with the options `see_*`; or one of your own, as
@@ -142,7 +142,7 @@ class EnvConfig(Settings):
     """Show the last move of every agent that is seen."""
 
     see_identity: bool = False
-    """Show each agent its index in its team, as one number per agent of the team: 1 for itself, else 0."""
+    """Show each agent its index in its team, one-hot."""
 
     see_nearest_first: bool = False
     """Order opponents by distance, the nearest first and caught prey last, instead of by index."""
@@ -151,14 +151,14 @@ class EnvConfig(Settings):
     """Divide offsets by half the size of the torus, so that all entries are in [-1, 1]."""
 
     mask_actions: bool = False
-    """Add an `action_mask` to the infos: 1 for each action that counts. Action 0 alone is left to a caught prey, and to
-    an agent out of its turn."""
+    """Add an `action_mask` to the infos: 1 for each valid action. For a caught prey, or an agent out of its turn, only
+    the entry of action 0 is 1."""
 
     @model_validator(mode="after")
     def _fits(self) -> EnvConfig:
         if self.n_agents > self.size**2:
             raise ValueError(f"{self.n_agents} agents need at least as many cells, got size={self.size}")
-        # With more predators it would take long to sample a prey's start off the predators.
+        # With more predators, prey would be placed on a predator, and placed again, too often.
         if 2 * self.n_predators > self.size**2:
             raise ValueError(f"{self.n_predators} predators need twice as many cells, got size={self.size}")
         return self
@@ -169,7 +169,7 @@ class EnvConfig(Settings):
             return self
         given = [f"see_{name}" for name in Sight._fields if getattr(self, f"see_{name}")]
         if given:
-            raise ValueError(f"{', '.join(given)}: options of observation=offsets, got observation={self.observation}")
+            raise ValueError(f"{', '.join(given)}: only for observation=offsets, got observation={self.observation}")
         try:
             for n_agents, n_opponents in ((self.n_predators, self.n_prey), (self.n_prey, self.n_predators)):
                 check_sight(self.observation, n_agents, n_opponents, self.size)
@@ -205,7 +205,7 @@ class EnvConfig(Settings):
 
     @property
     def sight(self) -> Any:
-        """Return what agents observe, in the form that compiled code reads: a :class:`~predprey_env.sight.AnySight`."""
+        """The agents' observation, in the form that compiled code reads: an :class:`~predprey_env.sight.AnySight`."""
         if self.observation == "offsets":
             return Sight(*(getattr(self, f"see_{name}") for name in Sight._fields))
         return find_class("observation", self.observation, SIGHTS)()  # checked already

@@ -1,10 +1,10 @@
 """# Predators and prey
 
-A team of predators hunts a team of prey of the same speed on a square grid whose edges are joined. By default no agent
-observes its team-mates. Prey cannot be outrun, so predators must come from several sides at once; three predators cannot close
-four exits at once, so prey that foresee them escape. The task is that of Rawal, Rajagopalan & Miikkulainen (2010),
-*Constructing Competitive and Cooperative Agent Behavior Using Coevolution*. `pettingzoo.make` exists from PettingZoo 1.27
-on; it knows the environment after `import predprey_env`.
+A team of predators hunts a team of prey of the same speed on a square grid whose opposite edges are joined. By default no
+agent observes its team-mates. Predators cannot outrun prey, so they must come from several sides at once; three predators
+cannot block a prey's four ways out at once, so prey that anticipate their moves escape. The task is that of Rawal,
+Rajagopalan & Miikkulainen (2010), *Constructing Competitive and Cooperative Agent Behavior Using Coevolution*.
+`pettingzoo.make` exists from PettingZoo 1.27 on; it knows the environment after `import predprey_env`.
 
 | Import             | `from predprey_env import predprey_v0`                          |
 |--------------------|-----------------------------------------------------------------|
@@ -22,7 +22,7 @@ on; it knows the environment after `import predprey_env`.
 
 ### Observation space
 
-An agent observes the other team, and nothing of its own. The observation holds, for each opponent in order, its offset
+An agent observes the other team, but not its own. The observation holds, for each opponent in order, its offset
 along x and along y: opponent minus self, the shortest way round the torus, in cells, float32. The offset to or from a
 caught prey is (0, 0).
 
@@ -37,17 +37,17 @@ that has passed.
 
 Options whose names begin with `see_` add to the observation. In this order it then holds:
 
-| Part      | Present with    | Numbers                                                                              |
+| Part      | Present with    | Entries                                                                              |
 |-----------|-----------------|--------------------------------------------------------------------------------------|
 | offsets   | always          | (x, y) to each opponent, then with `see_teammates` to each team-mate                 |
 | moves     | `see_moves`     | last move (x, y) of each of these agents, -1, 0 or 1; 0 before the first             |
-| identity  | `see_identity`  | a number for each agent of the own team: 1 for the agent itself, else 0              |
+| identity  | `see_identity`  | one-hot index of the agent in its own team                                           |
 
 Opponents are in order of their index, or with `see_nearest_first` of their distance. With `see_scaled` offsets are divided
-by `size / 2`. In turns, predators see the move that the prey have just made. Scripts and evolved teams see in every world
-what they were made for, so any of them can be the opponent of agents that see more or less.
+by `size / 2`. With `move_order="prey_first"` predators see the move that the prey have just made. Scripts and evolved teams
+keep the observation that they were made for in every world, so they can play against agents that observe more or less.
 
-`observation="module:Class"` replaces all of this by an observation of your own (:mod:`predprey_env.sight`).
+`observation="module:Class"` replaces all of this with an observation of your own (:mod:`predprey_env.sight`).
 
 ### Action space
 
@@ -60,19 +60,20 @@ what they were made for, so any of them can be the opponent of agents that see m
 | 4      | idle (predators only) |
 
 All agents move at once. With `move_order="prey_first"` each call of `step` is half a time step: first the prey move, then
-the predators, who have observed where the prey went. Actions of the team that is not in turn are ignored. The time limit
-and the end of an episode count whole steps.
+the predators, who have observed where the prey went. Actions of the team that waits are ignored. The time limit and the
+end of an episode count whole steps.
 
 A prey is caught when a predator is in its cell after the move. With `captured_prey="inert"` a caught prey stays in
-`agents`, does nothing, and its actions are ignored. With `"removed"` it terminates and leaves; its reward is the one that
-it would get if the episode ended then, and later events do not change it.
+`agents`, does nothing, and its actions are ignored. With `"removed"` it terminates and leaves; its last reward is the one
+that it would get if the episode ended at that moment, and later captures do not change it.
 
 ### Rewards
 
 Rewards are 0 until the last step, on which every agent receives its fitness; with `captured_prey="inert"` the undiscounted
-return is thus the paper's fitness. With `reward="dense"` each step pays the change in what the fitness would be if the
-episode ended now, so that the return is the last fitness minus the first. Predators are then rewarded for every step
-nearer. Prey are rewarded only when one of them is caught, because their default fitness ignores distances.
+return is thus the paper's fitness. With `reward="dense"` the reward of each step is the change in what the fitness would be
+if the episode ended now, so that the return is the last fitness minus the first. Predators are then rewarded for every step
+that brings them nearer to the free prey. The prey's reward differs from 0 only when one of them is caught, because their
+default fitness ignores distances.
 
 | Team      | Prey caught, `g` of `n` | Fitness                        |
 |-----------|-------------------------|--------------------------------|
@@ -88,13 +89,13 @@ the largest distance on the torus. `rho` is the number of steps played, of at mo
 ### Starting state
 
 Cells are uniformly random; prey placed on a predator are placed again. `reset(options={"starts": cells})` places the
-agents: integers `(n_agents, 2)`, predators first. An option that looks like a misspelt `starts` is a `ValueError`; other
-options are left to wrappers.
+agents: integers `(n_agents, 2)`, predators first. An option that looks like a misspelt `starts` raises `ValueError`; other
+options are ignored, as they may be meant for wrappers.
 
 ### Episode end
 
-Termination: all prey are caught, even if on the last step. Truncation: `max_cycles` steps have passed and some prey are
-free. After the end `step` returns five empty dictionaries.
+Termination: all prey are caught, even if only on step `max_cycles`. Truncation: `max_cycles` steps have passed and some prey
+are free. After the end `step` returns five empty dictionaries.
 
 ### Info
 
@@ -106,14 +107,14 @@ free. After the end `step` returns five empty dictionaries.
 | `steps`      | number of time steps begun                               |
 | `in_turn`    | 1 if the agent's next action counts, 0 out of its turn   |
 
-With `mask_actions=True` infos also hold `action_mask`, int8: 1 for each action that counts. Action 0 alone is left to a
-caught prey, and to an agent out of its turn.
+With `mask_actions=True` infos also hold `action_mask`, int8: 1 for each valid action. For a caught prey, or an agent out of
+its turn, only the entry of action 0 is 1.
 
 ### Arguments
 
 {arguments}
 
-:func:`predprey_env.team_view` is an environment of one team, :func:`predprey_env.vector_env` one of many worlds at once.
+:func:`predprey_env.team_view` returns an environment of one team, :func:`predprey_env.vector_env` one of many worlds.
 Scripted teams are in :mod:`predprey_env.policies`.
 
 ### Version history
@@ -147,7 +148,7 @@ def parallel_env(
 ) -> PredPreyEnv:
     """Return the environment with PettingZoo's parallel API; the parameters are explained in :class:`EnvConfig`.
 
-    With a ``task``, a name in :data:`predprey_env.TASKS`, they change the world of the task.
+    With a ``task``, a name in :data:`predprey_env.TASKS`, the parameters override settings of the task's world.
     """
     _check_names("parallel_env", parameters)
     return PredPreyEnv(world(task, parameters), render_mode)
@@ -159,7 +160,7 @@ class _Parameters(EnvParameters, total=False):
 
 
 def env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
-    """The environment with PettingZoo's AEC API, with checks of actions and of the order of calls.
+    """Return the environment with PettingZoo's AEC API, with checks of actions and of the order of calls.
 
     The parameters are those of :func:`parallel_env`.
     """
@@ -168,7 +169,10 @@ def env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
 
 
 def raw_env(**parameters: Unpack[_Parameters]) -> AECEnv[Any, Any, Any]:
-    """The environment with PettingZoo's AEC API, without checks. The parameters are those of :func:`parallel_env`."""
+    """Return the environment with PettingZoo's AEC API, without checks.
+
+    The parameters are those of :func:`parallel_env`.
+    """
     _check_names("raw_env", parameters)
     return parallel_to_aec(parallel_env(**parameters))
 
@@ -181,7 +185,7 @@ def _check_names(maker: str, parameters: Collection[str]) -> None:
             raise ValueError(f"{maker}(): {unknown_field(name, known)}")
 
 
-# help() and inspect.signature() name the parameters one by one.
+# help() and inspect.signature() then name the parameters one by one.
 for _make in (env, raw_env):
     _make.__signature__ = signature(parallel_env).replace(  # type: ignore[attr-defined]
         return_annotation=signature(_make).return_annotation
@@ -193,7 +197,7 @@ _ARGUMENTS = f"""\
 | Argument | Meaning |
 |----------|---------|
 {chr(10).join(table_row(name, field) for name, field in EnvConfig.model_fields.items())}
-| `task` | Named world that the other arguments change: {", ".join(f'`"{name}"`' for name in TASKS)}. Default: `None`. |
+| `task` | Named world, whose settings the other arguments override: {", ".join(f'`"{name}"`' for name in TASKS)}. Default: `None`. |
 | `render_mode` | `None`: no rendering. `"human"`: a window. \
 `"ansi"`: text. `"rgb_array"`: pixels, uint8 (672, 640, 3). Default: `None`. |"""
 

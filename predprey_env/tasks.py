@@ -19,27 +19,27 @@ class Task(NamedTuple):
 
 
 def _world(**parameters: Any) -> EnvConfig:
-    """Return a world whose rewards suit learners: the return is still the change in the paper's fitness."""
+    """Return a world with dense rewards, for RL. The return is the change in the paper's fitness over the episode."""
     return EnvConfig(reward="dense", **parameters)
 
 
 TASKS: dict[str, Task] = {
     "pond": Task(_world(n_prey=1, size=20, max_cycles=60), "one prey on a small torus, which PPO learns in seconds"),
     "meadow": Task(_world(size=30, max_cycles=90), "two prey, which scripts hardly catch and PPO learns in minutes"),
-    "steppe": Task(_world(size=40), "two prey, where the lead changes when both teams learn"),
+    "steppe": Task(_world(size=40), "two prey, where the lead passes between the teams when both learn"),
     "3v1": Task(_world(n_prey=1), "the paper's world with one prey"),
-    "3v2": Task(_world(), "the paper's world with two prey, on which prey win"),
+    "3v2": Task(_world(), "the paper's world with two prey, in which prey win"),
 }
-"""Name -> task. A name's world does not change; a better one gets a new name."""
+"""Name -> task. The world of a name never changes; a better world gets a new name."""
 
 DEFAULT_OPPONENTS = {"predators": "flee_nearest", "prey": "surround"}
-"""Script that a team meets if no opponent is named."""
+"""Script that a team plays against by default."""
 
 
 def world(task: str | None, parameters: Mapping[str, Any]) -> EnvConfig:
-    """Return the world of a task, or the default one, with some fields changed.
+    """Return the world of a task, or the default world if ``task`` is None, with some fields changed.
 
-    Raises :class:`ValueError` for an unknown name, with the nearest one that exists.
+    Raises :class:`ValueError` for an unknown task; the message holds the nearest known name.
     """
     if task is None:
         return EnvConfig(**parameters)
@@ -51,5 +51,5 @@ def world(task: str | None, parameters: Mapping[str, Any]) -> EnvConfig:
 
 
 def or_default(opponent: Opponents | None, team: TeamName) -> Opponents:
-    """Return an opponent, or the default one of a team."""
+    """Return the opponent, or a team's default opponent if it is None."""
     return DEFAULT_OPPONENTS.get(team, "random") if opponent is None else opponent

@@ -29,16 +29,16 @@ def read_mode(given: AutoresetMode | str) -> AutoresetMode:
 
 
 def read_n_worlds(n_worlds: int | None, num_envs: int | None) -> int:
-    """Return the number of worlds, which has two names."""
+    """Return the number of worlds, given under exactly one of its two names."""
     given = [number for number in (n_worlds, num_envs) if number is not None]
     if len(given) != 1:
         got = "neither" if not given else f"{n_worlds!r} and {num_envs!r}"
-        raise ValueError(f"n_worlds must be given, or under its other name num_envs, got {got}")
+        raise ValueError(f"n_worlds or num_envs, its other name, must be given, but not both, got {got}")
     return whole_number("n_worlds" if num_envs is None else "num_envs", given[0], 1)
 
 
 def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> Actions:
-    """Return an action for each row as int32 ``(n_worlds, n_agents)``."""
+    """Return the rows' actions, integers ``(n_worlds * n_agents,)``, as int32 ``(n_worlds, n_agents)``."""
     chosen = whole_numbers("actions", actions, (n_worlds * n_agents,))
     if chosen.min() < 0 or chosen.max() >= n_actions:
         raise ValueError(f"actions must be in 0..{n_actions - 1}, got {chosen.min()} to {chosen.max()}")
@@ -46,7 +46,7 @@ def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> 
 
 
 def read_mask(mask: Any, n_worlds: int, n_rows: int) -> WorldIndices:
-    """Return the indices of the worlds whose rows a reset mask marks; all worlds without a mask."""
+    """Return the indices of the worlds whose rows a reset mask marks, or of all worlds without a mask."""
     if mask is None:
         return np.arange(n_worlds)
     marked = np.asarray(mask)

@@ -33,7 +33,7 @@ class ManyWorlds(Timed):
     _worlds: Worlds
     _scratch: Scratch
     _scores: np.ndarray
-    """Fitness of all agents from before the step: float64 ``(n_worlds, n_agents)``."""
+    """Fitness of all agents before the step: float64 ``(n_worlds, n_agents)``."""
     _over: WorldMask | None
     """Worlds that are over, bool ``(n_worlds,)``; None before the first reset."""
 
@@ -42,7 +42,7 @@ class ManyWorlds(Timed):
     ) -> None:
         if config.captured_prey != "inert":
             raise ValueError(
-                f"in a vector env captured_prey must be 'inert', as all rows stay, got {config.captured_prey!r}"
+                f"in a vector env captured_prey must be 'inert', as no row may leave, got {config.captured_prey!r}"
             )
         self._config, self._rules = config, config.rules
         self._n_worlds = n_worlds
@@ -73,11 +73,11 @@ class ManyWorlds(Timed):
         self._autoreset_mode = self.metadata["autoreset_mode"] = mode
 
     def render(self) -> Pictures | None:
-        """Return a sequence with a picture for each row, of the row's world: uint8 ``(height, width, 3)`` each.
+        """Return a sequence that holds, for each row, a picture of its world: uint8 ``(height, width, 3)``.
 
-        A picture is drawn when it is taken from the sequence, so a few pictures of many worlds cost little. Take them
-        before the next step. A world that started again in the last step is shown at its new start. Returns None unless
-        ``render_mode`` is ``"rgb_array"``.
+        A picture is drawn only when it is taken from the sequence, so a few pictures of many worlds cost little. Take
+        them before the next step. A world that started again in the last step is shown at its new start. Returns None
+        unless ``render_mode`` is ``"rgb_array"``.
         """
         if self.render_mode is None:
             return None
@@ -111,7 +111,7 @@ class ManyWorlds(Timed):
     def _read_options(self, options: Options | None, n_rows: int) -> tuple[WorldIndices, Starts | None]:
         """Return the indices of the worlds that start, and their starts, None for random starts.
 
-        A reset mask has ``n_rows`` rows, the same number for each world.
+        A reset mask has ``n_rows`` entries, the same number for each world.
         """
         options = read_reset_options(options)
         which = read_mask(options.get("reset_mask"), self.n_worlds, n_rows)

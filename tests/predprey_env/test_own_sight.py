@@ -296,7 +296,7 @@ def test_what_is_no_sight_is_refused_in_one_line(wrong: str) -> None:
 
 
 def test_options_of_the_papers_observation_are_not_of_anothers() -> None:
-    line = f"see_moves, see_scaled: options of observation=offsets, got observation={HERE}:Wide"
+    line = f"see_moves, see_scaled: only for observation=offsets, got observation={HERE}:Wide"
     with pytest.raises(ValueError, match=f"^{line}$"):
         EnvConfig(observation=f"{HERE}:Wide", see_moves=True, see_scaled=True)
 

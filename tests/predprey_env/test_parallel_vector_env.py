@@ -141,7 +141,7 @@ def test_an_action_that_is_missing_is_named() -> None:
         ({"move_order": "prey_first"}, "move_order must be 'simultaneous', got 'prey_first'"),
         (
             {"captured_prey": "removed"},
-            "captured_prey must be 'inert', as all rows stay, got 'removed'",
+            "captured_prey must be 'inert', as no row may leave, got 'removed'",
         ),
     ],
 )

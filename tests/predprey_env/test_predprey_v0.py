@@ -72,7 +72,7 @@ def test_the_turn_based_makers_are_functions_of_their_own(name: str) -> None:
     make = getattr(predprey_v0, name)
     assert (make.__name__, make.__qualname__, make.__module__) == (name, name, predprey_v0.__name__)
     assert inspect.signature(make).return_annotation == "AECEnv[Any, Any, Any]"
-    assert make.__doc__.startswith("The environment with PettingZoo's AEC API, with")
+    assert make.__doc__.startswith("Return the environment with PettingZoo's AEC API, with")
     told = pydoc.render_doc(make, renderer=pydoc.plaintext)
     assert f"{name}(*, n_predators: int = 3, n_prey: int = 2, " in told
     assert "AEC API" in told

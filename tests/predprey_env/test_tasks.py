@@ -80,6 +80,8 @@ def test_without_an_opponent_a_script_plays() -> None:
 @pytest.mark.parametrize(("given", "got"), [({}, "neither"), ({"n_worlds": 2, "num_envs": 2}, "2 and 2")])
 @pytest.mark.parametrize("make", [vector_env, parallel_vector_env])
 def test_the_number_of_worlds_is_given_once(make: Callable[..., Any], given: dict[str, int], got: str) -> None:
-    with pytest.raises(ValueError, match=f"^n_worlds must be given, or under its other name num_envs, got {got}$"):
+    with pytest.raises(
+        ValueError, match=f"^n_worlds or num_envs, its other name, must be given, but not both, got {got}$"
+    ):
         make(**given)
     assert make(num_envs=3).n_worlds == make(3).n_worlds == 3

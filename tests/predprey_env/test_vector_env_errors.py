@@ -80,7 +80,7 @@ def test_a_number_of_worlds_that_is_none_is_refused(n_worlds: Any) -> None:
         (
             ("prey", "random"),
             {"captured_prey": "removed"},
-            "in a vector env captured_prey must be 'inert', as all rows stay, got 'removed'",
+            "in a vector env captured_prey must be 'inert', as no row may leave, got 'removed'",
         ),
         (
             ("prey", "random", "Sometimes"),
