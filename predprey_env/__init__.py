@@ -9,7 +9,7 @@ A parallel environment of both teams::
     ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
     ...     observations, rewards, terminations, truncations, infos = env.step(actions)
 
-One team, the other played by a script, an evolved team or a policy of yours, in one world or in many::
+An environment of one team, against a script, an evolved team or a policy of yours, in one world or in many::
 
     >>> from predprey_env import team_view, vector_env
     >>> env = team_view("predators", opponent="flee_nearest")

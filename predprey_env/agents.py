@@ -10,7 +10,7 @@ from predprey_env.config import TeamName
 from predprey_env.settings import brief
 
 PREFIXES: dict[TeamName, str] = {"predators": "predator_", "prey": "prey_"}
-"""Beginnings of the names of each team's agents; a name ends in the agent's number."""
+"""Prefix of the agents' names of each team; the agent's index in its team follows."""
 
 
 def other_team(team: TeamName) -> TeamName:

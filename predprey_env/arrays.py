@@ -1,4 +1,4 @@
-"""Names for arrays, so that a signature says what it takes and gives."""
+"""Names for arrays, so that a signature says what a function takes and returns."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import TypeAlias
 import numpy as np
 
 Observation: TypeAlias = np.ndarray
-"""An agent's observation: float32 ``(n_seen,)``; in many worlds with a row for each agent, or world, before that."""
+"""An agent's observation: float32 ``(n_seen,)``; in many worlds ``(rows, n_seen)``, a row for each agent or world."""
 Observations: TypeAlias = dict[str, Observation]
 """The observation of each agent, by name."""
 State: TypeAlias = np.ndarray
-"""Global state for a centralised critic: float32 ``(n_state,)``, with the worlds before that where there are many."""
+"""Global state for a centralised critic: float32 ``(n_state,)``; in many worlds ``(n_worlds, n_state)``."""
 Actions: TypeAlias = np.ndarray
-"""Numbers of moves, integers: ``(rows,)``, a row for each agent, or with the worlds before that."""
+"""Action indices, integers: ``(rows,)``, a row for each agent or world, or ``(n_worlds, n_agents)``."""
 Rewards: TypeAlias = np.ndarray
 """float64 ``(rows,)``, a row for each agent."""
 RowMask: TypeAlias = np.ndarray
@@ -25,11 +25,11 @@ WorldMask: TypeAlias = np.ndarray
 Starts: TypeAlias = np.ndarray
 """Cells where agents start, predators first: int32 ``(..., n_agents, 2)``, x and y."""
 Seeds: TypeAlias = np.ndarray
-"""A seed for each of some worlds: int64 ``(n,)``."""
+"""A seed for each of ``n`` worlds: int64 ``(n,)``."""
 Members: TypeAlias = np.ndarray
-"""The place in a pool of the opponent of each of some worlds, integers ``(n,)``."""
+"""Index in the opponent pool of the opponent in each of ``n`` worlds: integers ``(n,)``."""
 ActionMask: TypeAlias = np.ndarray
-"""1 where an action may be taken: int8 or bool ``(..., n_actions)``."""
+"""1 for each valid action: int8 or bool ``(..., n_actions)``."""
 Picture: TypeAlias = np.ndarray
 """Red, green and blue: uint8 ``(height, width, 3)``."""
 Places: TypeAlias = np.ndarray

@@ -1,10 +1,10 @@
-"""The block engine: sixteen worlds side by side, in which any two compiled players meet.
+"""The block engine: sixteen worlds side by side, in which any two compiled players play each other.
 
 An episode is :func:`begin`, then :func:`play_step` until :func:`~predprey_env.rules.dynamics.is_over`, then
-:func:`measure`. Where a team is played from outside compiled code, its actions are written to the block, and
-:func:`choose_actions` and :func:`advance` play the others. The vector environment, the trainer's evaluator and the page
-of ``esp-trainer report`` are loops over these functions; equal starts and equal actions lead to equal episodes, to the
-bit.
+:func:`measure`. The actions of a team that chooses outside compiled code are written to the block; then
+:func:`choose_actions` is called only for the other team, before :func:`advance` plays both. The vector environment, the
+trainer's evaluator and the page of ``esp-trainer report`` are loops over these functions, so equal starts and equal
+actions lead to episodes that are equal to the bit.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ class Block(NamedTuple):
     clock: IntegerRows
     """Number of time steps played: one row."""
     survived: IntegerRows
-    """Number of time steps that each prey survived: a caught prey was caught in the step after these."""
+    """Number of time steps that each prey survived; a caught prey was caught in the next step."""
     actions: IntegerRows
     """Action that each agent has chosen."""
     moved: IntegerRows
-    """Last action that each agent has played; idle before the first."""
+    """Last action that each agent has played; idle before its first."""
     memory: IntegerRows
     """Memory of the players: the same number of rows for each agent."""
 
@@ -53,10 +53,9 @@ def team_rows(config: EnvConfig, name: TeamName) -> TeamRows:
 
 
 def make_block(rules: Rules, *shape: int, n_memory: int = MEMORY) -> Block:
-    """Return the memory of a block, or of as many blocks as a leading ``shape`` has room for.
+    """Allocate a block, or an array of blocks with the leading ``shape``.
 
-    The players have ``n_memory`` rows of memory for each agent, the most that one of them needs
-    (:data:`~predprey_env.policies.memory_rows`).
+    Each agent gets ``n_memory`` rows of memory: the largest :data:`~predprey_env.policies.memory_rows` of the players.
     """
     n_prey, n_agents = rules.n_prey, rules.n_predators + rules.n_prey
     x, y, alive, clock, survived, actions, moved, memory = (
@@ -67,18 +66,18 @@ def make_block(rules: Rules, *shape: int, n_memory: int = MEMORY) -> Block:
 
 
 def seen_rows(rules: Rules, *sights: AnySight) -> int:
-    """Return the number of rows that hold the observations of a whole team, with any of some sights or the paper's."""
+    """Return the most rows that a whole team's observations need, with the paper's sight or any of the given ones."""
     teams = (rules.n_predators, rules.n_prey), (rules.n_prey, rules.n_predators)
     return max(n_own * sight.n_seen(n_own, others) for sight in (PLAIN_SIGHT, *sights) for n_own, others in teams)
 
 
 def make_seen(rules: Rules, *sights: AnySight) -> np.ndarray:
-    """Return scratch for the observations of a whole team, float32 ``(rows, LANES)``."""
+    """Allocate scratch memory for the observations of a whole team, float32 ``(rows, LANES)``."""
     return lane_zeros(np.float32, seen_rows(rules, *sights))
 
 
 def make_world(rules: Rules) -> World:
-    """Return the memory of a single world, in which :func:`measure` computes the fitness."""
+    """Allocate a single world, in which :func:`measure` computes the fitness."""
     n_agents = rules.n_predators + rules.n_prey
     return World(np.zeros(n_agents, np.int32), np.zeros(n_agents, np.int32), np.zeros(rules.n_prey, np.int32))
 
@@ -99,7 +98,7 @@ def begin(block: Block, lane: int, start: Array, seed: int) -> None:
 
 @rule
 def rows_of_memory(block: Block) -> int:
-    """Return the number of rows of memory of each agent."""
+    """Return the number of memory rows of each agent."""
     return len(block.memory) // len(block.world.x)
 
 
@@ -138,9 +137,9 @@ def choose_actions(block: Block, first: int, n_agents: int, player: Player, rule
 
 @rule
 def advance(block: Block, turn: int, rules: Rules) -> None:
-    """Play the actions of those that move in a turn (see :mod:`predprey_env.rules.dynamics`).
+    """Play the actions of the agents that move in a turn (see :mod:`predprey_env.rules.dynamics`).
 
-    The prey's turn does not end the step.
+    The prey's turn alone does not end a time step.
     """
     take_turn(block.world, block.actions, turn, rules)
     remember_moves(block.actions, turn, rules, block.moved)
@@ -152,7 +151,7 @@ def advance(block: Block, turn: int, rules: Rules) -> None:
 
 @rule
 def play_step(block: Block, predators: Player, prey: Player, rules: Rules, seen: FloatRows) -> None:
-    """Play one time step: all choose in the same state, or the prey move before the predators observe."""
+    """Play one time step: all agents choose in the same state, or the prey move before the predators observe."""
     choose_actions(block, rules.n_predators, rules.n_prey, prey, rules, seen)
     if rules.prey_first:
         advance(block, PREY, rules)
@@ -164,7 +163,7 @@ def play_step(block: Block, predators: Player, prey: Player, rules: Rules, seen:
 def measure(block: Block, lane: int, rules: Rules, one: World, out: Array) -> None:
     """Write every agent's fitness in one world, as if the episode ended now, to ``out``, float64 ``(n_agents,)``.
 
-    The world is copied to ``one``, a single world, on the way.
+    ``one`` is scratch memory, a single world to which the lane is copied.
     """
     for agent in range(len(one.x)):
         one.x[agent] = block.world.x[agent, lane]

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from gymnasium.error import DependencyNotInstalled
 
 _DISTRIBUTIONS = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg", "pygame": "pygame-ce"}
-"""Names by which pip knows modules, where they differ from the modules' own."""
+"""Module -> name of the package that pip installs, where the two differ."""
 _OWN = "predprey_env", "esp_trainer"
 
 
@@ -26,7 +26,7 @@ def extra(name: str, purpose: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         missing = (error.name or "").partition(".")[0]
-        if not missing or missing in _OWN:  # not a missing package, but a mistake of ours
+        if not missing or missing in _OWN:  # not a missing package, but a bug of this project
             raise
         package = _DISTRIBUTIONS.get(missing, missing)
         raise DependencyNotInstalled(f'{purpose} needs {package}: pip install "predprey-esp[{name}]"') from None

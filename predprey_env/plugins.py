@@ -1,4 +1,4 @@
-"""Parts of an experiment by name: those that ship, and a user's own classes."""
+"""Look-up of an experiment's parts by name: classes of this project, and a user's own as ``module:Class``."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def find_class(part: str, name: str, known: Mapping[str, str]) -> type[Any]:
     Args:
         part: What the class is for, as the config and error messages name it.
         name: Name of the class.
-        known: Name -> class that ships, as ``module:Class``.
+        known: Name -> class of this project, as ``module:Class``.
 
     Raises:
-        PartError: It cannot be imported, or is no class; the message is one line.
-        ValueError: There is no such name; the message is one line.
+        PartError: The class cannot be imported, or the object is no class; the message is one line.
+        ValueError: The name is unknown; the message is one line.
     """
     place = known.get(name, name)
     if ":" not in place:
@@ -46,15 +46,15 @@ def find_class(part: str, name: str, known: Mapping[str, str]) -> type[Any]:
 
 
 def find_object(part: str, place: str, name: str = "") -> Any:
-    """Return what a module holds under a name, by its place, ``module:name``.
+    """Return an object of a module.
 
     Args:
-        part: What it is for, as the config and error messages name it.
-        place: Its module and its name there.
-        name: What error messages call it; by default its place.
+        part: What the object is for, as the config and error messages name it.
+        place: Module and name of the object, as ``module:name``.
+        name: Name of the object in error messages; by default ``place``.
 
     Raises:
-        PartError: It cannot be imported; the message is one line.
+        PartError: The object cannot be imported; the message is one line.
     """
     module, _, attribute = place.partition(":")
     try:

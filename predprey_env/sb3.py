@@ -26,15 +26,15 @@ class SB3VecEnv(VecEnv):
     """A :class:`~predprey_env.PredPreyVectorEnv` as a ``VecEnv``: one row for each agent, one policy for all of them.
 
     It sets the environment's ``autoreset_mode`` to ``AutoresetMode.SAME_STEP``, because Stable-Baselines3 expects a
-    world to start again in the step in which it ends. Raises :class:`ValueError` if the environment was reset before in
-    another mode, or if it is in a Gymnasium wrapper and has another mode, which the wrapper may have read.
+    world to start again in the step in which it ends. Raises :class:`ValueError` if the environment has another mode
+    and was already reset, or is inside a Gymnasium wrapper, which may have read the mode.
 
     Args:
         env: A vector environment, or the name of a task (:data:`predprey_env.TASKS`) from which to make one:
             ``SB3VecEnv("pond", num_envs=64)``.
-        pictured_worlds: Number of worlds that videos show, where the environment has ``render_mode="rgb_array"``.
-        making: With the name of a task, the arguments of :func:`predprey_env.vector_env`: ``num_envs``, ``team``,
-            ``opponent`` and others.
+        pictured_worlds: Number of worlds that videos show, if the environment has ``render_mode="rgb_array"``.
+        making: Arguments of :func:`predprey_env.vector_env`, such as ``num_envs``, ``team`` and ``opponent``; only with
+            the name of a task.
     """
 
     opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)", "_worlds.opponent")
@@ -124,7 +124,7 @@ class SB3VecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: RowIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call the environment's method once, and return its result for each row; of ``action_masks`` the row's own.
+        """Call the environment's method once, and return its result for each row; for ``action_masks``, the row's mask.
 
         Raises :class:`ValueError` unless ``indices`` are all rows, which share the environment.
         """

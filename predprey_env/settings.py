@@ -20,11 +20,11 @@ _BOUNDS = {
     "less_than": ("less than", "lt"),
 }
 
-_LONGEST = 100  # letters of a value in an error message
+_LONGEST = 100  # characters of a value in an error message
 
 
 class PartError(ValueError):
-    """A class of the user's that settings name cannot be imported, or is not what they need."""
+    """Raised if a user's class that the settings name cannot be imported or used."""
 
 
 class Settings(BaseModel):
@@ -68,12 +68,12 @@ class Settings(BaseModel):
 
 
 def plain(value: Any) -> Any:
-    """Return the Python value of a NumPy scalar or of an array without axes; return any other value unchanged."""
+    """Return the Python value of a NumPy scalar or of a zero-dimensional array; return any other value unchanged."""
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 
 def whole_number(name: str, value: Any, least: int) -> int:
-    """Return an integer, also from a NumPy integer.
+    """Return a value as a Python integer; it may be a NumPy integer.
 
     Raises :class:`ValueError` for any other type and for a number below ``least``.
     """
@@ -84,7 +84,7 @@ def whole_number(name: str, value: Any, least: int) -> int:
 
 
 def whole_numbers(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of integers, of the integer type that the values have.
+    """Return values as an array of integers of their own integer type.
 
     Raises :class:`ValueError` for values of another shape, and for anything but integers.
     """
@@ -164,7 +164,7 @@ def field_names(settings: type[BaseModel], prefix: str = "") -> list[str]:
 
 
 def table_row(name: str, field: FieldInfo) -> str:
-    """Return the row of a field in a Markdown table of names and meanings; these end with values and the default."""
+    """Return the row of a field in a Markdown table: its name and its meaning, with allowed values and default."""
     meaning = " ".join([*(field.description or "").split(), *_values(field).split()])
     return f"| `{name}` | {meaning} Default: `{_literal(field.default)}`. |"
 
@@ -174,7 +174,7 @@ def _literal(value: object) -> str:
 
 
 def _values(field: FieldInfo) -> str:
-    """Return a sentence on the values that a field takes; empty if its default says enough."""
+    """Return a sentence on the values that a field allows; empty for a field without choices or bounds."""
     if get_origin(field.annotation) is Literal:
         return f"One of {', '.join(f'`{_literal(choice)}`' for choice in get_args(field.annotation))}."
     limits = {bound: getattr(m, bound) for m in field.metadata for _, bound in _BOUNDS.values() if hasattr(m, bound)}
@@ -186,7 +186,7 @@ def _values(field: FieldInfo) -> str:
 
 
 def spell_out(settings: type[BaseModel]) -> Callable[[Maker], Maker]:
-    """Return a decorator of functions that take the fields of settings as ``**keywords``.
+    """Return a decorator for functions that take the fields of settings as ``**keywords``.
 
     ``help()`` and :func:`inspect.signature` then name the fields one by one, with types and defaults.
     """

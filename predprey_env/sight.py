@@ -1,4 +1,4 @@
-"""Observations: the offsets of the paper with their options, or an observation of your own."""
+"""Sights, which define what agents observe: the offsets of the paper with their options, or a sight of your own."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ SIGHTS = {"offsets": "predprey_env.sight:Sight"}
 
 
 class AnySight(Protocol):
-    """An observation: a named tuple with these methods, and a rule that is registered with :data:`observe`.
+    """A definition of what agents observe: a named tuple with these methods and a rule registered with :data:`observe`.
 
-    All fields of a sight of your own have defaults. Whether the rule reads the last moves is said by an attribute
-    ``moves``; a sight without one counts as one that does, and the exact game refuses it.
+    All fields of a sight of your own must have defaults. An attribute ``moves`` states whether the rule reads the last
+    moves. A sight without this attribute is assumed to read them, and the exact game refuses it.
     """
 
     def n_seen(self, n_agents: int, n_opponents: int) -> int:
@@ -33,7 +33,7 @@ class AnySight(Protocol):
     def groups(self, n_agents: int, n_opponents: int) -> Sequence[Sequence[int]]:
         """Return the entries of the observation that belong together, in groups of equal length of at least 2.
 
-        A split controller has a network for each group: for each other agent that is seen, for example.
+        A split controller has a network for each group. A group may be the entries of one other agent, for example.
         """
         ...
 
@@ -45,7 +45,7 @@ class AnySight(Protocol):
 
 
 class Sight(NamedTuple):
-    """Observation of a team's agents, in the form that compiled code reads; by default the paper's.
+    """Offsets to other agents, with options; by default the paper's observation.
 
     The fields are those of :class:`~predprey_env.EnvConfig` that begin with ``see_``.
     """
@@ -85,7 +85,7 @@ class Sight(NamedTuple):
 
 
 PLAIN_SIGHT = Sight()
-"""The paper's: offsets to the opponents, in cells."""
+"""The paper's observation: offsets to the opponents, in cells."""
 
 
 class _Observe(Generic):
@@ -100,15 +100,15 @@ class _Observe(Generic):
 observe = _Observe("observe", "sight")
 """Function that writes an agent's observation and returns the row after it.
 
-It calls the rule that is registered for exactly the sight's class, ``observe.register(Class)`` above ``@rule``, in
-Python as in compiled code.
+It calls the rule of the sight's class, in Python as in compiled code. A rule is registered with
+``@observe.register(Class)`` above ``@rule``, and not inherited.
 
 Args:
     sight (AnySight): What agents observe.
     world (World): Columns ``world.x`` and rows ``world.y`` of all agents, predators first, and which prey are free,
         ``world.alive``: rows of int32.
-    moved (rows of int32): Last action of every agent, 4 before the first (:data:`predprey_env.config.MOVES`); that of a
-        caught prey means nothing.
+    moved (rows of int32): Last action of every agent, 4 before the first (:data:`predprey_env.config.MOVES`);
+        meaningless for a caught prey.
     agent (int): Index of the agent among all agents.
     rules (Rules): The settings of the world: ``rules.size``, ``rules.n_predators``, ``rules.n_prey`` and others.
     out (rows of float32): Where to write.
@@ -127,21 +127,22 @@ def _observe(sight, world, moved, agent, rules, out, row):  # type: ignore[no-un
 
 
 def options_of(sight: Any) -> dict[str, Any]:
-    """Return the fields of :class:`~predprey_env.EnvConfig` that say which sight a world has."""
+    """Return the fields of :class:`~predprey_env.EnvConfig`, by name, that give a world this sight."""
     if isinstance(sight, Sight):
         return {f"see_{name}": value for name, value in sight._asdict().items()}
     return {"observation": sight_name(sight), **{f"see_{name}": False for name in Sight._fields}}
 
 
 def sight_name(sight: Any) -> str:
-    """Return the name of a sight of one's own, ``module:Class``."""
+    """Return the name of a user's sight, ``module:Class``."""
     return f"{type(sight).__module__}:{type(sight).__qualname__}"
 
 
 def sight_class(name: str) -> type[Any]:
     """Return the class of a sight by its name in :data:`SIGHTS`, or as ``module:Class``.
 
-    Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol :class:`AnySight`.
+    Raises :class:`ValueError`, in one line, if there is no such class, or if it does not follow the protocol
+    :class:`AnySight`.
     """
     found = find_class("observation", name, SIGHTS)
     observe.check(found, f"observation {name}", calls=("n_seen", "groups", "bounds"))
@@ -152,7 +153,7 @@ def sight_class(name: str) -> type[Any]:
 
 
 def check_sight(name: str, n_agents: int, n_opponents: int, size: int) -> None:
-    """Raise :class:`ValueError`, in one line, if a sight does not say what it must about a team of some world."""
+    """Raise :class:`ValueError`, in one line, unless a sight's methods return valid values for teams of these sizes."""
     sight = sight_class(name)()
     try:
         n_seen, groups = sight.n_seen(n_agents, n_opponents), sight.groups(n_agents, n_opponents)
@@ -183,9 +184,10 @@ class _World(NamedTuple):
 
 
 def check_rule(name: str, rules: Any) -> None:
-    """Try the rule of a sight, and raise :class:`ValueError`, in one line, unless it writes what it says.
+    """Raise :class:`ValueError`, in one line, unless a sight's rule writes observations as the sight declares them.
 
-    It is tried for each agent of a world, with all agents apart, and with all in one cell and all prey caught.
+    The rule is run for each agent of a world in which all agents are apart, and of one in which all are in one cell and
+    all prey are caught.
     """
     for agent in range(rules.n_predators + rules.n_prey):
         for apart in (1, 0):
@@ -193,7 +195,7 @@ def check_rule(name: str, rules: Any) -> None:
 
 
 def _try_for(name: str, rules: Any, agent: int, apart: int) -> None:
-    """Try the rule of a sight for one agent, in a world where all are ``apart`` (1), or prey are caught (0)."""
+    """Run the rule of a sight for one agent: with all agents ``apart`` (1), or in one cell with all prey caught (0)."""
     x, y = (Rows(lambda row, k=k: np.int32(apart * k * row % rules.size)) for k in (1, 2))  # type: ignore[misc]
     alive, moved = Rows(lambda _: np.int32(apart)), Rows(lambda row: np.int32(row % 4))
     out = Rows(lambda _: np.float32(0))
@@ -211,7 +213,7 @@ def _try_for(name: str, rules: Any, agent: int, apart: int) -> None:
 
 
 def _check_written(called: str, rules: Any, sizes: tuple[int, int], out: Rows, end: Any) -> None:
-    """Raise :class:`ValueError` unless the rows that a rule wrote, from row 0 on, are an observation."""
+    """Raise :class:`ValueError` unless the rows that a rule wrote, from row 0 on, are a valid observation."""
     n_seen = rules.sight.n_seen(*sizes)
     if sorted(out) != [*range(n_seen)]:
         expected = f"{called} must write {n_seen} rows in a team of {sizes[0]} against {sizes[1]}, as n_seen() says"

@@ -1,4 +1,4 @@
-"""Many worlds in which both teams are played from outside: dictionaries by agent, with an array for all worlds."""
+"""Many worlds in which the caller plays both teams: dictionaries by agent, with an array for all worlds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from predprey_env.envs.options import Options
 from predprey_env.envs.pictures import NO_PICTURES, Pictured
 from predprey_env.envs.results import count, judge, make_counts, make_results
 from predprey_env.envs.spaces import action_space, observation_space, state_space
-from predprey_env.envs.worlds import look, move_team, move_told
+from predprey_env.envs.worlds import look, move_given, move_team
 from predprey_env.settings import spell_out, whole_numbers
 from predprey_env.tasks import world
 
@@ -42,18 +42,18 @@ def parallel_vector_env(
     follow: int | None = None,
     **parameters: Unpack[EnvParameters],
 ) -> ParallelVectorEnv:
-    """Return ``n_worlds`` worlds in which both teams are played from outside, stepped together in compiled code.
+    """Return ``n_worlds`` worlds in which the caller plays both teams, stepped together in compiled code.
 
     Args:
         n_worlds: Number of worlds.
         num_envs: Another name for ``n_worlds``.
-        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
+        task: Name of a world in :data:`predprey_env.TASKS`, whose settings the parameters override.
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`. The
             default is what AgileRL's vector environments do: a world starts again in the step in which it ends.
         render_mode: ``"rgb_array"`` to let ``render()`` return pictures; needs the extra ``render``.
-        follow: Cells across pictures that follow the chase; by default pictures show the whole world.
-        parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``), and all
-            agents must move at once (``"simultaneous"``).
+        follow: Width in cells of pictures that follow the chase; by default pictures show the whole world.
+        parameters: The fields of :class:`predprey_env.EnvConfig`; ``captured_prey`` must be ``"inert"``, and
+            ``move_order`` ``"simultaneous"``.
     """
     pictured = Pictured(render_mode, follow)
     return ParallelVectorEnv(world(task, parameters), read_n_worlds(n_worlds, num_envs), autoreset_mode, pictured)
@@ -126,7 +126,7 @@ class ParallelVectorEnv(ManyWorlds):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
     ) -> tuple[ByAgent, InfosByAgent]:
-        """Start all worlds, or with ``options={"reset_mask": bool (n_worlds,)}`` those that are marked.
+        """Start all worlds, or with ``options={"reset_mask": bool (n_worlds,)}`` the worlds that the mask marks.
 
         Seeds and ``options={"starts": cells}`` are as in :meth:`predprey_env.PredPreyVectorEnv.reset`.
         """
@@ -146,7 +146,7 @@ class ParallelVectorEnv(ManyWorlds):
         check_agents(actions, self._possible_agents)
         predators, prey = (self._read_actions(actions, team) for team in TEAMS)
         move_team(self._worlds, self._rows["predators"], self._rules, predators)
-        move_told(self._worlds, self._rows["prey"], self._rules, self._scratch, prey)
+        move_given(self._worlds, self._rows["prey"], self._rules, self._scratch, prey)
         if self._autoreset_mode is AutoresetMode.NEXT_STEP and before.any():
             self._start(np.flatnonzero(before))
         results = make_results(self.n_worlds, self._everybody)

@@ -36,7 +36,7 @@ del _field
 
 
 class Timed(Configured):
-    """An environment that plays the world itself, and whose time limit can be changed."""
+    """An environment that holds the world itself, and whose time limit can be changed."""
 
     _config: EnvConfig
     _rules: Rules
@@ -55,7 +55,7 @@ class Timed(Configured):
 
 
 class Around(Configured):
-    """An environment around another, which has the config, the time limit, the generator and the window."""
+    """An environment around an inner one, which holds the config, the time limit, the generator and the window."""
 
     _inner: Any
 
@@ -92,10 +92,10 @@ class Around(Configured):
 
 
 class Opposed(Configured):
-    """An environment that plays one team itself, by an opponent policy or a pool of them."""
+    """An environment that plays one team itself, with an opponent policy or a pool of them."""
 
     opponent: Policy | tuple[Policy, ...] = read_only("opponent", "call set_opponent(opponent)")
-    """Policy that plays the other team, or all policies of a pool: in a team view the copies that play, in a vector
+    """Policy that plays the other team, or all policies of a pool. A team view holds the copies that play, a vector
     environment the objects that were given."""
 
     _policies: tuple[Policy, ...]

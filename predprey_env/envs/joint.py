@@ -35,16 +35,16 @@ def joint_env(
         team: ``"predators"`` or ``"prey"``.
         opponent: Policy of the other team, or a pool, as in :func:`predprey_env.team_view`.
         render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
-        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
-        parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
+        task: Name of a world in :data:`predprey_env.TASKS`, whose settings the parameters override.
+        parameters: The fields of :class:`predprey_env.EnvConfig`; ``captured_prey`` must be ``"inert"``.
     """
     return JointTeam(team_view(team, opponent, render_mode, task=task, **parameters))
 
 
 class JointTeam(Around, gymnasium.Env[Observation, Actions]):  # type: ignore[override]  # np_random is read-only
-    """A team as one agent: it observes what all agents of the team observe, and chooses all of their actions.
+    """A team as one agent, which observes what all agents of the team observe, and chooses all of their actions.
 
-    Observations are those of the agents one after the other, float32 ``(n_agents * n_seen,)``; actions are an action
+    An observation holds those of the agents one after the other, float32 ``(n_agents * n_seen,)``. An action holds one
     for each agent, int ``(n_agents,)``. The reward is the mean of the agents' rewards, which are equal unless
     ``credit="individual"``. Infos hold ``n_captured`` and ``steps``, and with several opponents ``opponent``.
     """
@@ -86,16 +86,16 @@ class JointTeam(Around, gymnasium.Env[Observation, Actions]):  # type: ignore[ov
         if not self.view.agents:
             raise RuntimeError("reset() must be called before step()")
         chosen = whole_numbers("actions", action, (len(self.view.possible_agents),))
-        told = self.view.step(dict(zip(self.view.possible_agents, chosen.tolist(), strict=True)))
-        observations, rewards, terminations, truncations, infos = told
+        step = self.view.step(dict(zip(self.view.possible_agents, chosen.tolist(), strict=True)))
+        observations, rewards, terminations, truncations, infos = step
         reward = float(np.mean(list(rewards.values())))
         ended = any(terminations.values()), any(truncations.values())
         self._infos = infos
         return self._together(observations), reward, *ended, self._info(infos)
 
     def action_masks(self) -> ActionMask:
-        """Return which actions of each agent count, one agent after the other, bool ``(n_agents * n_actions,)``; for
-        sb3-contrib's ``MaskablePPO``.
+        """Return which actions of each agent are valid, one agent after the other, bool ``(n_agents * n_actions,)``;
+        for sb3-contrib's ``MaskablePPO``.
         """
         acts = np.array([not self._infos[agent]["captured"] for agent in self.view.possible_agents])
         return action_mask(acts, self._config.team(self.view.team).n_actions).ravel().astype(np.bool_)

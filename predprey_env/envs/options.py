@@ -19,9 +19,9 @@ OPTIONS = ("starts", "reset_mask")
 def read_reset_options(options: object, known: Collection[str] = OPTIONS, *, only_ours: bool = False) -> dict[str, Any]:
     """Return the options of a reset by name.
 
-    Raises :class:`ValueError` for a name that looks like a misspelt option of ours, and for an option that only our
-    other environments have. Wrappers have options of their own, so other unknown names are ignored; with ``only_ours``
-    they are refused too.
+    Raises :class:`ValueError` for a name that looks like a misspelt option of this package, and for an option that only
+    its other environments have. Other unknown names are ignored, because they may be options of wrappers; with
+    ``only_ours`` they are refused too.
     """
     if options is None:
         return {}
@@ -40,7 +40,7 @@ _SYNONYMS = {"starts": "(starts?|starting|cells?|positions?|_)+", "reset_mask": 
 
 
 def _ours(name: str) -> str | None:
-    """Return the option of ours that a name resembles, or None."""
+    """Return the option of this package that a name resembles, or None."""
     meant = [option for option, pattern in _SYNONYMS.items() if re.fullmatch(pattern, name.lower())]
     near = difflib.get_close_matches(name.lower(), OPTIONS, n=1, cutoff=0.8)
     meant += [option for option in near if option[0] == name[0].lower()]  # "restarts" is not a misspelt "starts"

@@ -1,4 +1,4 @@
-"""The world in PettingZoo's parallel API: it translates dictionaries, and contains none of the rules."""
+"""The world in PettingZoo's parallel API. The environment only translates dictionaries; the rules are elsewhere."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ class PredPreyEnv(Timed, SpacesByAgent, ParallelEnv[str, Observation, int]):
         return observations, rewards, terminations, dict.fromkeys(acting, at_limit), infos
 
     def observe_as(self, sight: AnySight) -> Observations:
-        """Return what the agents in the game would observe if they had another sight than the world's options say."""
+        """Return what the agents in the game would observe with another sight than that of the world's options."""
         if self._world is None:
             raise RuntimeError("reset() must be called before observe_as()")
         slices = observation_slices(self._config, sight)

@@ -23,12 +23,12 @@ VECTOR_RENDER_MODES = ("rgb_array",)
 
 
 class Pictured(NamedTuple):
-    """The pictures of an environment of many worlds."""
+    """Options of the pictures of an environment of many worlds."""
 
     mode: str | None = None
-    """None for nothing, or ``"rgb_array"``."""
+    """None for no pictures, or ``"rgb_array"``."""
     follow: int | None = None
-    """Cells across pictures that follow the chase; by default pictures show the whole world."""
+    """Width in cells of pictures that follow the chase; by default pictures show the whole world."""
 
 
 NO_PICTURES = Pictured()
@@ -37,8 +37,8 @@ NO_PICTURES = Pictured()
 class Painters:
     """Draws worlds of an environment of many worlds, and remembers their course for the trails.
 
-    Raises :class:`ValueError` for a mode or a number that cannot be used, and
-    :class:`gymnasium.error.DependencyNotInstalled` without pygame-ce.
+    Raises :class:`ValueError` for options that cannot be used, and :class:`gymnasium.error.DependencyNotInstalled`
+    without pygame-ce.
     """
 
     def __init__(self, config: EnvConfig, pictured: Pictured) -> None:
@@ -70,7 +70,7 @@ class Painters:
 
 
 class Pictures(Sequence[Picture]):
-    """A picture for each row of an environment, of the row's world. A picture is drawn when it is taken."""
+    """A sequence that holds, for each row of an environment, a picture of its world, drawn only when it is taken."""
 
     def __init__(self, painters: Painters, blocks: Block, n_rows: int, rows_per_world: int) -> None:
         self._painters, self._blocks = painters, blocks

@@ -53,8 +53,8 @@ def judge(
 ) -> None:
     """Write the rewards and flags of a step to ``results``.
 
-    ``scores`` holds the fitness from before the step. It is updated where it counts: in worlds that are over, and in
-    all worlds if rewards are dense.
+    ``scores`` holds the fitness before the step. It is updated where a reward depends on it: in worlds that are over,
+    and in all worlds if rewards are dense.
     """
     for world in range(len(scores)):
         at, lane = world // LANES, world % LANES
@@ -74,7 +74,7 @@ def judge(
 
 @entry_point
 def count(worlds: Worlds, team: TeamRows, rules: Rules, counts: Counts) -> None:
-    """Write to ``counts`` which agents are caught, how many prey are, and how many steps were begun."""
+    """Write to ``counts`` which agents are caught, how many prey are caught, and how many steps have begun."""
     for world in range(len(counts.steps)):
         at, lane = world // LANES, world % LANES
         alive = worlds.blocks.world.alive[at]

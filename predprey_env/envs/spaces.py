@@ -35,7 +35,7 @@ def observation_space(config: EnvConfig, team: TeamName) -> Box:
 
 
 def observation_slices(config: EnvConfig, sight: AnySight) -> list[slice]:
-    """Return where each agent's observation is among those of all agents."""
+    """Return the slice of each agent's observation in the concatenated observations of all agents."""
     shapes = [config.team(team) for team in TEAMS]
     lengths = [n for shape in shapes for n in [sight.n_seen(shape.n_agents, shape.n_opponents)] * shape.n_agents]
     return [slice(end - n, end) for end, n in zip(accumulate(lengths), lengths, strict=True)]

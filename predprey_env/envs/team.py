@@ -1,4 +1,4 @@
-"""An environment of one team; the other team is played inside it."""
+"""An environment of one team, which plays the other team itself."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def team_view(
         team: ``"predators"`` or ``"prey"``.
         opponent: Policy of the other team: the name of a script (:data:`predprey_env.policies.SCRIPTS`), a
             :class:`predprey_env.policies.Policy` (an evolved team, for example), or a function from observations to
-            actions, by agent. The environment plays its own copy of a policy, because a policy may have memory; what
-            the policy learns later, the copy does not. A function (a bound method, for example) and a policy with
-            ``act_batch`` have no memory: they are called themselves, in their current state, at each step. Of a list,
-            or a :class:`predprey_env.OpponentPool`, each episode samples one; the infos say which, as ``opponent``. By
-            default it is a script (:data:`predprey_env.tasks.DEFAULT_OPPONENTS`).
+            actions, by agent. The environment plays its own copy of a policy, because a policy may have memory; the
+            copy does not change when the policy learns. A function (a bound method, for example) and a policy with
+            ``act_batch`` have no memory, so they are not copied, and play as they are at each step. From a list, or a
+            :class:`predprey_env.OpponentPool`, each episode samples one opponent, whose index the infos hold as
+            ``opponent``. The default is a script (:data:`predprey_env.tasks.DEFAULT_OPPONENTS`).
         render_mode: Render mode, as in :func:`predprey_env.predprey_v0.parallel_env`.
-        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
+        task: Name of a world in :data:`predprey_env.TASKS`, whose settings the parameters override.
         parameters: The fields of :class:`predprey_env.EnvConfig`.
     """
     return TeamView(PredPreyEnv(world(task, parameters), render_mode), team, or_default(opponent, team))
@@ -73,9 +73,9 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
         self._infos: dict[str, Info] = {}
 
     def set_opponent(self, opponent: Opponents) -> None:
-        """Replace the opponent, or the pool, from the next step on. During an episode the new one is reset first.
+        """Replace the opponent, or the pool, from the next step on. During an episode, the new opponent is reset first.
 
-        The old opponents stay if a new one cannot play or its ``reset`` raises.
+        The old opponents stay if a new one cannot play or its ``reset`` raises an exception.
         """
         pool, policies = self._admit(opponent)
         member = 0
@@ -105,7 +105,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
         self.env.render_mode = mode
 
     def reset(self, seed: int | None = None, options: Options | None = None) -> tuple[Observations, dict[str, Info]]:
-        """Start an episode; the opponent, if there are several, and its seed are sampled after the start positions."""
+        """Start an episode. After the start positions, the opponent is sampled if there are several, then its seed."""
         with self._all_or_nothing():
             self._observations, self._infos = self.env.reset(seed, options)
             self._member = self._pool.sample(self.env.np_random)
@@ -117,7 +117,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
     def step(self, actions: dict[str, int]) -> Step:
         """Play one time step: the team's actions and the opponent's.
 
-        If the opponent raises, or returns no usable actions, the world stays as it was.
+        If the opponent raises an exception, or returns no usable actions, the world stays as it was.
         """
         check_agents(actions, self.possible_agents)
         for agent in self.agents:
@@ -185,7 +185,7 @@ class TeamView(Opposed, Around, SpacesByAgent, ParallelEnv[str, Observation, int
 
 
 def observed_by(policy: Policy, env: ParallelEnv[str, Observation, int], observations: Observations) -> Observations:
-    """Return what a policy observes: the environment's observations, or those of the policy's own ``sight``."""
+    """Return what a policy observes: the environment's observations, or others if the policy has its own ``sight``."""
     if not isinstance(env, PredPreyEnv):
         return observations
     sight = sight_in(policy, env.config)

@@ -1,4 +1,4 @@
-"""Many worlds at once as a Gymnasium vector environment: one team is trained, the other is played inside it."""
+"""Many worlds at once as a Gymnasium vector environment: the caller plays one team, the environment the other."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from predprey_env.envs.worlds import (
     move_chosen,
     move_opponents,
     move_team,
-    tell,
     with_memory,
     with_views,
+    write_actions,
 )
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.opponents import draw_seed
@@ -58,22 +58,22 @@ def vector_env(
     follow: int | None = None,
     **parameters: Unpack[EnvParameters],
 ) -> PredPreyVectorEnv:
-    """Return ``n_worlds`` worlds in which one team is played from outside, stepped together in compiled code.
+    """Return ``n_worlds`` worlds in which the caller plays one team, stepped together in compiled code.
 
     Args:
-        n_worlds: Number of worlds; the environment has ``n_worlds`` times the team's number of agents rows.
+        n_worlds: Number of worlds; the environment has a row for each agent of the team in each world.
         team: ``"predators"`` or ``"prey"``.
         opponent: Policy of the other team, as in :func:`predprey_env.team_view`. Scripts and evolved teams play in
-            compiled code. A policy with ``act_batch`` is asked about all worlds in one call, and reset when all worlds
-            start at once. Of any other policy each world has its own copy, asked one by one. A function is called for
-            each world. Of a list, or a :class:`predprey_env.OpponentPool`, each world samples one in each episode. By
-            default it is a script (:data:`predprey_env.tasks.DEFAULT_OPPONENTS`).
+            compiled code. A policy with ``act_batch`` is called once for all worlds, and reset when all worlds start at
+            once. Any other policy is copied for each world, and the copies are called one by one. A function is called
+            for each world. From a list, or a :class:`predprey_env.OpponentPool`, each world samples one opponent for
+            each episode. The default is a script (:data:`predprey_env.tasks.DEFAULT_OPPONENTS`).
         autoreset_mode: Behaviour after the end of an episode, as in :class:`gymnasium.vector.SyncVectorEnv`.
         num_envs: Another name for ``n_worlds``.
-        task: Name of a world in :data:`predprey_env.TASKS`, which the parameters change.
+        task: Name of a world in :data:`predprey_env.TASKS`, whose settings the parameters override.
         render_mode: ``"rgb_array"`` to let ``render()`` return pictures; needs the extra ``render``.
-        follow: Cells across pictures that follow the chase; by default pictures show the whole world.
-        parameters: The fields of :class:`predprey_env.EnvConfig`; captured prey must stay (``"inert"``).
+        follow: Width in cells of pictures that follow the chase; by default pictures show the whole world.
+        parameters: The fields of :class:`predprey_env.EnvConfig`; ``captured_prey`` must be ``"inert"``.
     """
     pictured = Pictured(render_mode, follow)
     n, config = read_n_worlds(n_worlds, num_envs), world(task, parameters)
@@ -132,7 +132,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[Observation, Actions, Rew
     def set_opponent(self, opponent: Opponents) -> None:
         """Replace the opponent, or the pool, in all worlds from the next step on; the new opponents are reset first.
 
-        The old opponents stay if a new one cannot play or its ``reset`` raises.
+        The old opponents stay if a new one cannot play or its ``reset`` raises an exception.
         """
         old = self._pool, self._seats, self._policies
         try:
@@ -155,12 +155,12 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[Observation, Actions, Rew
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Options | None = None
     ) -> tuple[Observation, Infos]:
-        """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` those whose rows are marked.
+        """Start all worlds, or with ``options={"reset_mask": bool (num_envs,)}`` the worlds whose rows the mask marks.
 
         World ``w`` is seeded with ``seed + w``, as in Gymnasium, or with ``seed[w]``: runs that are to differ need
         seeds at least ``n_worlds`` apart. ``options={"starts": cells}``, int ``(n_worlds, n_agents, 2)``, places the
-        agents of the worlds that start. An option that looks like a misspelling of one of these is a
-        :class:`ValueError`; other options are left to wrappers.
+        agents of the worlds that start. An option that looks like a misspelling of one of these raises
+        :class:`ValueError`; other options are ignored, as they may be meant for wrappers.
         """
         which, given = self._read_options(options, self.num_envs)
         with self._all_or_nothing():
@@ -172,7 +172,8 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[Observation, Actions, Rew
     def step(self, actions: Actions) -> tuple[Observation, Rewards, RowMask, RowMask, Infos]:
         """Play one time step of every world, with an action for each row: int ``(num_envs,)``.
 
-        If an action is wrong, or the opponent raises or returns unusable actions, all worlds stay as they were.
+        All worlds stay as they were if an action is wrong, or if the opponent raises an exception or returns no usable
+        actions.
         """
         before, n_agents, dense = self._check_ready(), self._rows.n_agents, self.config.reward == "dense"
         chosen = read_actions(actions, self.n_worlds, self._rows.n_agents, self.config.team(self.team).n_actions)
@@ -194,7 +195,9 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[Observation, Actions, Rew
         return observations, rewards, terminated, truncated, infos
 
     def action_masks(self) -> ActionMask:
-        """Return which actions of each row count, bool ``(num_envs, n_actions)``; for sb3-contrib's ``MaskablePPO``."""
+        """Return which actions of each row are valid, bool ``(num_envs, n_actions)``, for sb3-contrib's
+        ``MaskablePPO``.
+        """
         mask: ActionMask = action_mask(self._count()["captured"] == 0, int(self.single_action_space.n))
         return mask.astype(np.bool_)
 
@@ -253,7 +256,7 @@ class PredPreyVectorEnv(ManyWorlds, Opposed, VectorEnv[Observation, Actions, Rew
             mine = playing & (members == number)
             if outside and mine.any():
                 look(self._worlds, self._other_rows, self._rules, outside.sight, self._scratch, outside.views)
-                tell(self._worlds, self._other_rows, mine, outside.act(mine))
+                write_actions(self._worlds, self._other_rows, mine, outside.act(mine))
             elif mine.any():
                 let_member_choose(self._worlds, self._other_rows, player, number, self._rules, self._scratch)
         move_chosen(self._worlds, self._other_rows, self._rules, self._scratch)

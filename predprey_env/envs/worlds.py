@@ -1,4 +1,6 @@
-"""Many worlds side by side for the vector environment: one team is played from outside, the other by a player.
+"""Many worlds side by side for the vector environments: the caller plays one team, or both.
+
+In names, the *team* is the one that the caller plays, or the first of two, and the *opponents* are the other one.
 
 The worlds are laid out in blocks of ``LANES`` and moved by :mod:`predprey_env.engine`. A world that is over does not
 start again until :func:`place` is called.
@@ -40,8 +42,8 @@ class Worlds(NamedTuple):
     blocks: Block
     """int32 ``(n_blocks, rows, LANES)``."""
     over: Array
-    """1 where the episode is over, else 0; there the opponents no longer choose, and stay where they are: int32
-    ``(n_blocks, 1, LANES)``."""
+    """1 where the episode is over, else 0: int32 ``(n_blocks, 1, LANES)``. Where it is over, opponents neither choose
+    nor move."""
     member: Array
     """Index of the opponent that plays, in the pool of opponents: int32 ``(n_blocks, 1, LANES)``."""
 
@@ -78,7 +80,10 @@ def make_scratch(config: EnvConfig) -> Scratch:
 
 
 def with_memory(worlds: Worlds, scratch: Scratch, n_memory: int) -> tuple[Worlds, Scratch]:
-    """Return worlds in which each agent has at least ``n_memory`` rows of memory, the first with what it remembers."""
+    """Return worlds in which each agent has at least ``n_memory`` rows of memory, and scratch memory to match.
+
+    The agents' first rows keep their content.
+    """
     old = worlds.blocks.memory
     n_agents = worlds.blocks.actions.shape[1]
     n_old = old.shape[1] // n_agents
@@ -91,7 +96,7 @@ def with_memory(worlds: Worlds, scratch: Scratch, n_memory: int) -> tuple[Worlds
 
 
 def with_views(scratch: Scratch, rules: Rules, sights: Iterable[AnySight]) -> Scratch:
-    """Return scratch that has room for the observations of players with some sights."""
+    """Return scratch memory with room for the observations of a team with any of the given sights."""
     seen = make_seen(rules, *sights)
     return scratch._replace(seen=seen) if len(seen) > len(scratch.seen) else scratch
 
@@ -127,9 +132,9 @@ def _turn_of(team: TeamRows) -> int:
 def _choose(
     worlds: Worlds, at: int, opponents: TeamRows, player: Player, member: int, rules: Rules, scratch: Scratch
 ) -> None:
-    """Let the opponents observe and choose where this member of the pool plays and the episode goes on.
+    """Let the opponents observe and choose in the lanes where this member of the pool plays and the episode goes on.
 
-    Elsewhere they keep their memory and their actions.
+    In the other lanes they keep their memory and their actions.
     """
     block = block_at(worlds, at)
     plays = (load(worlds.over[at], 0) == 0) & (load(worlds.member[at], 0) == member)
@@ -199,7 +204,7 @@ def move_team(worlds: Worlds, team: TeamRows, rules: Rules, actions: Array) -> N
 def _move(worlds: Worlds, at: int, opponents: TeamRows, rules: Rules, scratch: Scratch) -> None:
     """Play the opponents' actions: together with the team's, or in a turn of their own.
 
-    Where the episode is over, they idle, and their last moves remain those of the episode.
+    Where the episode is over, they idle, but their last moves in the state remain those of the episode.
     """
     first, last = opponents.first, opponents.first + opponents.n_agents
     moved, over = worlds.blocks.moved[at], load(worlds.over[at], 0) != 0
@@ -213,7 +218,7 @@ def _move(worlds: Worlds, at: int, opponents: TeamRows, rules: Rules, scratch: S
 
 @entry_point
 def move_opponents(worlds: Worlds, opponents: TeamRows, player: Player, rules: Rules, scratch: Scratch) -> None:
-    """Let compiled opponents choose, and play their actions; the pool has no other member."""
+    """Let compiled opponents choose, and play their actions; for a pool of one."""
     for at in range(len(worlds.over)):
         _choose(worlds, at, opponents, player, 0, rules, scratch)
         _move(worlds, at, opponents, rules, scratch)
@@ -223,19 +228,19 @@ def move_opponents(worlds: Worlds, opponents: TeamRows, player: Player, rules: R
 def let_member_choose(
     worlds: Worlds, opponents: TeamRows, player: Player, member: int, rules: Rules, scratch: Scratch
 ) -> None:
-    """Let a compiled member of the pool choose in its worlds."""
+    """Let a compiled member of the pool choose in the worlds where it plays."""
     for at in range(len(worlds.over)):
         _choose(worlds, at, opponents, player, member, rules, scratch)
 
 
 @entry_point
-def tell(worlds: Worlds, opponents: TeamRows, told: Array, actions: Array) -> None:
-    """Write the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``, where ``told`` is True.
+def write_actions(worlds: Worlds, opponents: TeamRows, which: Array, actions: Array) -> None:
+    """Write the opponents' actions, int32 ``(n_worlds, n_agents)``, in the worlds that ``which`` marks.
 
-    ``told`` is bool ``(n_worlds,)``.
+    ``which`` is bool ``(n_worlds,)``.
     """
-    for world in range(len(told)):
-        if told[world]:
+    for world in range(len(which)):
+        if which[world]:
             for agent in range(opponents.n_agents):
                 row = opponents.first + agent
                 worlds.blocks.actions[world // LANES, row, world % LANES] = actions[world, agent]
@@ -249,8 +254,8 @@ def move_chosen(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scra
 
 
 @entry_point
-def move_told(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scratch, actions: Array) -> None:
-    """Play the actions of opponents that chose in Python, int32 ``(n_worlds, n_agents)``."""
+def move_given(worlds: Worlds, opponents: TeamRows, rules: Rules, scratch: Scratch, actions: Array) -> None:
+    """Play the opponents' actions that the caller gives, int32 ``(n_worlds, n_agents)``."""
     for at in range(len(worlds.over)):
         _write(worlds, at, opponents, actions)
         _move(worlds, at, opponents, rules, scratch)

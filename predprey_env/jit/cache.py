@@ -21,7 +21,7 @@ from predprey_env.jit.sources import Function, digest, file_of
 
 
 def in_words(kind: types.Type) -> str:
-    """Return a name that no other type has, and that says its classes by their full names."""
+    """Return a unique name of a type, which holds the full names of its classes."""
     if not isinstance(kind, types.BaseTuple):
         return str(kind)
     of = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else tuple
@@ -29,7 +29,7 @@ def in_words(kind: types.Type) -> str:
 
 
 _DAMAGED = (
-    *(ImportError, AttributeError),  # a class that no longer exists is named, in an index of an earlier version too
+    *(ImportError, AttributeError),  # the index names a class that no longer exists, perhaps that of another version
     *(EOFError, caching.pickle.UnpicklingError),  # the machine lost power while the index was written
 )
 
@@ -47,10 +47,10 @@ def _warn(why: str) -> None:
 
 
 class _FilesOfEachProcess(caching.IndexDataCacheFile):
-    """Files of machine code whose names no other process takes.
+    """Files of machine code with names that no other process uses.
 
-    Numba numbers them in the order in which they are saved. Two processes that save at once can take the same number,
-    and the index then names the machine code of one signature as that of another.
+    Numba numbers the files in the order in which they are saved. Two processes that save at once can use the same
+    number, and the index then names the machine code of one signature as that of another.
     """
 
     def save(self, key: object, data: object) -> None:
@@ -60,7 +60,7 @@ class _FilesOfEachProcess(caching.IndexDataCacheFile):
         self._save_index(self._load_index() | {key: name})
 
     def _load_index(self) -> dict[object, str]:
-        """Return the file of each key. An index that is damaged is empty."""
+        """Return the file of each key. A damaged index counts as empty."""
         try:
             return super()._load_index()
         except _DAMAGED:
@@ -71,8 +71,8 @@ class DigestCache(caching.FunctionCache):
     """Numba's cache with the digest of all sources in the key. A cache that cannot be read or written does not stop the
     program.
 
-    Keys are words alone. Numba's hold types, and a process that lacks the class of one cannot read the index at all: it
-    would compile everything again and forget what the others know.
+    Keys are strings. Numba's own keys hold types, and a process that cannot import the class of a single type cannot
+    read the index at all: it would compile everything again and overwrite the index of the other processes.
     """
 
     def __init__(self, function: Function) -> None:
@@ -90,7 +90,7 @@ class DigestCache(caching.FunctionCache):
         return None
 
     def save_overload(self, sig: object, data: object) -> None:
-        """Write machine code to the cache, if there is room."""
+        """Write machine code to the cache, if the disk allows."""
         with self._as_far_as_possible():
             super().save_overload(sig, data)
 

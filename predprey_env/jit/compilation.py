@@ -19,7 +19,7 @@ Compiled = TypeVar("Compiled", bound=Function)
 
 
 class _Rule(CPUDispatcher):
-    """A compiled function for compiled callers. A call from Python is passed to a second one."""
+    """A compiled function for compiled callers. A call from Python goes to a second one, which has a Python wrapper."""
 
     def __init__(self, function: Function) -> None:
         super().__init__(function, targetoptions=dict(UNWRAPPED), pipeline_class=RuleCompiler)
@@ -29,7 +29,7 @@ class _Rule(CPUDispatcher):
         return self._for_python(*arguments, **named)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return how a compiled caller calls it. A literal integer is compiled like any other integer."""
+        """Return how a compiled caller calls the rule. A literal integer is compiled like any other integer."""
         plain = (types.unliteral(kind) if isinstance(kind, types.IntegerLiteral) else kind for kind in args)
         return super().get_call_template(tuple(plain), kws)
 
@@ -37,15 +37,15 @@ class _Rule(CPUDispatcher):
 def rule(function: Compiled) -> Compiled:
     """Compile a function that other compiled functions call; it is inlined into them.
 
-    Rules allocate nothing. They cannot: Numba's reference counts are switched off, because they cost more than the
-    rules.
+    Rules must not allocate memory: Numba's reference counting is switched off, because it costs more than the rules
+    themselves.
     """
     remember(function)
     return function if numba.config.DISABLE_JIT else _Rule(function)
 
 
 class _EntryPoint(CPUDispatcher):
-    """A compiled function that Python calls. What does not compile is a :class:`ValueError`, in one line."""
+    """A compiled function that Python calls. Raises :class:`ValueError`, in one line, if it does not compile."""
 
     def __init__(self, function: Function) -> None:
         super().__init__(function, targetoptions={"nopython": True, "nogil": True, "_nrt": False})
@@ -58,7 +58,7 @@ class _EntryPoint(CPUDispatcher):
 
 
 def _failure(error: NumbaError) -> str:
-    """Return what an error of Numba says in one line: the innermost rule, where in it, and what is wrong there."""
+    """Return an error of Numba as one line: the innermost rule, the place in it, and the reason."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     inside, *callers = re.split(r"resolving callee type: type\(_Rule\(<function (\w+) ", text)  # the innermost first
     rule = f"the rule {callers[0]}" if callers else "a rule"
@@ -74,7 +74,7 @@ def entry_point(function: Compiled) -> Compiled:
     """Compile a function that Python calls. Its machine code is cached on disk, and threads can run it at the same
     time.
 
-    It allocates nothing either; callers pass the memory that it works in.
+    Like a rule, it must not allocate memory; callers pass the arrays that it writes to.
     """
     remember(function)
     if numba.config.DISABLE_JIT:

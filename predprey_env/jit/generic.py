@@ -1,4 +1,4 @@
-"""Functions of several rules: which one is called depends on the class of the first argument."""
+"""Generic functions: the class of the first argument decides which rule is called."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from predprey_env.settings import brief
 
 
 class Generic:
-    """A function whose rule depends on exactly the class of its first argument, in Python as in compiled code.
+    """A function that calls the rule of its first argument's class, in Python as in compiled code.
+
+    Rules are not inherited by subclasses.
 
     Args:
         name: Name of the function, as error messages give it.
-        kind: What the first argument is.
+        kind: Noun for the first argument in error messages.
         default: Rule for classes that have none of their own; None if they must have one.
     """
 
@@ -51,9 +53,9 @@ class Generic:
 
         Args:
             cls: The class.
-            called: What error messages call it.
-            calls: Names of its methods.
-            fields: Names of its fields.
+            called: Name of the class in error messages.
+            calls: Names of the methods that it must have.
+            fields: Names of the fields that it must have.
         """
         own = getattr(cls, "_fields", None)
         if own is None:
@@ -75,7 +77,7 @@ class Generic:
         return getattr(rule, "py_func", rule)
 
     def known(self, one: Any) -> Any:
-        """Return the rule for the class of an object; :class:`TypeError` if it has none."""
+        """Return the rule for the class of an object; raise :class:`TypeError` if it has none."""
         rule = self.registry.get(type(one))
         if rule is None:
             raise TypeError(f"{self._kind} must be of a class that {self._name}() knows, got {type(one).__name__}")

@@ -62,7 +62,7 @@ _OF_ELEMENT = {types.float32: FLOATS, types.int32: INTEGERS}
 
 
 def is_lanes(*values: types.Type) -> bool:
-    """Return whether any of the given Numba types is :class:`Lanes`."""
+    """Return whether any of the given Numba types is a :class:`Lanes`."""
     return any(isinstance(value, Lanes) for value in values)
 
 

@@ -1,9 +1,10 @@
 """Rules become machine code once, in the function that Python calls.
 
-Numba optimises each compiled function and makes its machine code, and does both again where it is inlined. Rules are
-always inlined, so most of the first is in vain, and took half of the time of compilation. Here a rule is only lowered
-to instructions; whoever calls it links them in, with those of all that the rule calls, and optimises the whole. Only
-rules with a loop are optimised before, as kernels are a tenth slower without.
+Numba optimises each compiled function and generates its machine code, and does both again wherever the function is
+inlined. Rules are always inlined, so most of this work on the rules themselves is wasted; it took half of the compile
+time. Here a rule is only lowered to LLVM instructions. Its caller links them in, with the instructions of everything
+that the rule calls, and optimises the whole. Only rules with a loop are also optimised by themselves, because kernels
+are a tenth slower otherwise.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class _Instructions(JITCodeLibrary):
     _whole: _Module = None
 
     def finalize(self) -> None:
-        """Optimise loops with all that they call, and take no more functions."""
+        """Optimise a rule that has a loop, with everything that it calls, and accept no more functions."""
         self._raise_if_finalized()
         if self.has_loop:
             self._link_called(self._final_module)
@@ -40,7 +41,7 @@ class _Instructions(JITCodeLibrary):
         self._finalized = True
 
     def _get_module_for_linking(self) -> _Module:
-        """Return the instructions with those of all that is called, as a module that may be linked in many times."""
+        """Return the instructions of this library and of all that it calls, as a module that may be linked in often."""
         if self._whole is None:
             self._whole = self._own().clone()
             self._link_called(self._whole)
@@ -52,7 +53,7 @@ class _Instructions(JITCodeLibrary):
             module.link_in(called, preserve=True)
 
     def _own(self) -> _Module:
-        """Return the instructions of this library alone, as a module that may be linked in many times."""
+        """Return the instructions of this library alone, as a module that may be linked in often."""
         return super()._get_module_for_linking()
 
     def _called(self, seen: set[int]) -> Iterator[_Library]:
@@ -67,7 +68,7 @@ class _Instructions(JITCodeLibrary):
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class _LowerOnly(NativeLowering):
-    """Numba's lowering, without optimised code and machine code at its end."""
+    """Numba's lowering without its last part, which optimises and generates machine code."""
 
     _name = "lower_only"
 
@@ -78,7 +79,7 @@ class _LowerOnly(NativeLowering):
         super().run_pass(state)
         state.library.has_loop = bool(compute_cfg_from_blocks(state.func_ir.blocks).loops())
         lowered, name = state.cr, state.func_id.func_name
-        # By this object callers know the function; as it has no address, Python cannot call it.
+        # Callers look the function up by this object. It has no address, so Python cannot call it.
         known = make_function(lowered.fndesc.lookup_module(), name, "", 0, lowered.env, (state.library,))
         state.targetctx.insert_user_function(known, lowered.fndesc, [state.library])
         state.cr = lowered._replace(cfunc=known)
@@ -86,10 +87,10 @@ class _LowerOnly(NativeLowering):
 
 
 class RuleCompiler(Compiler):
-    """Numba's compiler for functions that only compiled functions call, and that are inlined there."""
+    """Numba's compiler for functions that only compiled functions call, and that are inlined into them."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's passes, but for lowering."""
+        """Return Numba's passes, with :class:`_LowerOnly` in place of lowering."""
         pipelines = super().define_pipelines()
         for passes in pipelines:
             passes.passes = [(_LowerOnly if each is NativeLowering else each, name) for each, name in passes.passes]
@@ -100,9 +101,9 @@ class RuleCompiler(Compiler):
 INLINED: dict[str, object] = {"nopython": True, "nogil": True, "_nrt": False, "forceinline": True}
 """Options of rules."""
 UNWRAPPED: dict[str, object] = INLINED | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""The same for those that only compiled functions call: wrappers for Python and for C take time to compile."""
+"""Options of rules that only compiled functions call: without wrappers for Python and C, which take time to compile."""
 
 
 def inlined(function: Callable[..., object]) -> Any:
-    """Like :func:`numba.extending.overload`, for implementations that are inlined as rules are."""
+    """Return a decorator like :func:`numba.extending.overload`, for implementations that are inlined as rules are."""
     return overload(function, jit_options=UNWRAPPED | {"pipeline_class": RuleCompiler})

@@ -21,16 +21,16 @@ from predprey_env.jit import floats, lanes, linking
 Function: TypeAlias = Callable[..., Any]
 
 _COMPILATION = str(Path(__file__).with_name("compilation.py"))
-"""The file that says how everything is compiled."""
+"""The file that defines how rules are compiled, on which all machine code depends."""
 _DEFINED: dict[str, bytes] = {}
 """Content of each file with a rule at the time when the rule was defined.
 
-If the file were read only when the rule is compiled, after an edit, the old rule's machine code would be cached as the
-new one's."""
+If a file were read only when its rule is compiled, and had been edited since the rule was defined, the machine code of
+the old rule would be cached as that of the new one."""
 
 
 def remember(function: Function) -> None:
-    """Read the file of a function that is being defined."""
+    """Store the content of the file of a function that is being defined."""
     file = file_of(function)
     if Path(file).is_file():
         _DEFINED[file] = Path(file).read_bytes()
@@ -46,10 +46,13 @@ def _source(file: str) -> bytes:
 def source_files(function: Function, classes: Iterable[type] = ()) -> set[str]:
     """Return the files that a function's machine code depends on.
 
-    These are the files of the function, of every compiled function that it calls, directly or not, of the modules whose
-    names these use (a constant, for example), and of the named tuples that they know: Numba tells named tuples apart by
-    class alone, not by their fields. If a generic function is called, its rules count for ``classes`` and for the
-    named tuples that these functions make.
+    They are the files of:
+
+    - the function, and every compiled function that it calls, directly or not;
+    - the modules from which these functions use a name (a constant, for example);
+    - the named tuples among their globals, because Numba tells named tuples apart by class, not by their fields;
+    - ``classes``, and, where a generic function is called, its rules for ``classes`` and for the named tuples that the
+      functions make.
     """
     files, pending = {_COMPILATION, floats.__file__, lanes.__file__, linking.__file__}, [function]
     files |= {file_of(known) for known in classes}
@@ -77,7 +80,7 @@ def source_files(function: Function, classes: Iterable[type] = ()) -> set[str]:
 
 
 def file_of(defined: Any) -> str:
-    """Return the file that defines a function or a class, or a text that names no file."""
+    """Return the file that defines a function or a class; if there is none, a text that no file has as its name."""
     try:
         return inspect.getfile(defined)
     except (TypeError, OSError):
@@ -96,7 +99,7 @@ def _file_of_module(name: str, package: str | None) -> str | None:
 def _imports(source: bytes) -> set[tuple[str, str]]:
     """Return each name that a source imports, with its module; a relative module begins with dots.
 
-    A name may have several modules: the second serves when the first cannot be imported.
+    A name has several modules if the source tries a second import when the first fails.
     """
     try:
         tree = ast.parse(source)  # bytes, because the source declares its own encoding

@@ -1,6 +1,7 @@
-"""A rule tried in Python, on rows that know which of them it touched.
+"""Trial runs of a rule in Python, on rows that record which of them the rule read or wrote.
 
-Compiled code checks no index: a rule that writes beyond its rows would damage memory, and end the process.
+They are needed because compiled code checks no index: a rule that writes beyond its rows would damage memory, and end
+the process.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from predprey_env.jit.sources import Function
 
 
 class Rows(dict[int, Any]):
-    """An array of one world, of any length, in the form of its rows that were read or written.
+    """An array of one world, of unlimited length, that holds only the rows that were read or written.
 
     Args:
         fill: Function that returns what a row holds before it is written.

@@ -1,4 +1,4 @@
-"""Names for what rules compute with, so that a signature says what it takes."""
+"""Names for the values that rules compute with, so that a signature says what a rule takes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Value: TypeAlias = Any
 """A number, or sixteen numbers side by side (:class:`predprey_env.jit.lanes.Lanes`)."""
 
 Values: TypeAlias = tuple[Value, ...]
-"""Several values, whose number compiled code takes from the type."""
+"""Several values; compiled code knows their number from the tuple's type."""
 
 Mask: TypeAlias = Any
 """A boolean, or sixteen side by side."""

@@ -1,4 +1,4 @@
-"""Random choices in compiled code from the caller's seed: the same in one world as in sixteen."""
+"""Random numbers in compiled code from the caller's seed: the same in one world as in sixteen."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def next_state(state: Value) -> Value:
 
 @rule
 def pick(state: Value, n: int) -> Value:
-    """Return an integer in ``0 .. n - 1`` from the high bits of a state, which are the random ones."""
+    """Return an integer in ``0 .. n - 1`` from the high bits of a state, because its low bits are hardly random."""
     part = (1 << 31) // n
     picked = where(state >= part, 1, 0)
     for k in range(2, n):

@@ -37,7 +37,7 @@ class FunctionPolicy:
 
 
 def as_policy(opponent: Opponent, team: TeamName, env: EnvConfig, named: str = "opponent") -> Policy:
-    """Return the policy that plays a team; raise :class:`ValueError` if the opponent cannot be one.
+    """Return an opponent as a policy; raise :class:`ValueError` if it cannot play the team in this world.
 
     Error messages call the opponent ``named``.
     """
@@ -90,8 +90,7 @@ def compiled_player(
 ) -> Player | None:
     """Return a policy's player in compiled code, None if it has none; raise :class:`ValueError` if it cannot play.
 
-    The player's class must have a rule of its own, because Numba would take a player of another class with the same
-    name and fields for it.
+    The player's class must itself have a rule, because Numba confuses two classes with the same name and fields.
     """
     compiled = getattr(policy, "compiled", None)
     if not callable(compiled):
@@ -109,7 +108,7 @@ def compiled_player(
 
 
 def sight_in(policy: Policy, env: EnvConfig) -> AnySight:
-    """Return what a policy observes in a world: what it asks for itself, or what the world's options say."""
+    """Return what a policy observes in a world: its own attribute ``sight``, or the world's if it has none."""
     sight: AnySight = getattr(policy, "sight", env.sight)
     if type(sight) not in observe.registry:
         raise ValueError(f"a policy's sight must be a predprey_env.Sight or one of your own, got {brief(sight)}")
@@ -117,15 +116,15 @@ def sight_in(policy: Policy, env: EnvConfig) -> AnySight:
 
 
 def asked_at_once(policy: Policy) -> bool:
-    """Return whether a policy is asked about many worlds in one call. Such a policy has no memory."""
+    """Return whether a policy chooses for many worlds in one call, ``act_batch``. Such a policy has no memory."""
     return callable(getattr(policy, "act_batch", None))
 
 
 def own_copy(policy: Policy, whose: str = "the opponent's") -> Policy:
     """Return a copy of a policy, so that each world has its own memory.
 
-    A function and a policy with ``act_batch`` have no memory and are returned themselves. Raises :class:`ValueError`
-    for a policy that cannot be copied.
+    A function and a policy with ``act_batch`` have no memory, so they are returned uncopied. Raises
+    :class:`ValueError` for a policy that cannot be copied.
     """
     if isinstance(policy, FunctionPolicy) or asked_at_once(policy):
         return policy
@@ -147,7 +146,7 @@ def draw_seed(generator: np.random.Generator) -> int:
 
 
 def ask(policy: Policy, observations: Observations, n_actions: int, whose: str = "the opponent's") -> dict[str, int]:
-    """Return the policy's actions, checked; error messages say that it is the act() of ``whose``.
+    """Return the policy's actions, checked; error messages name the owner of its ``act()`` as ``whose``.
 
     Raises :class:`RuntimeError` if the policy raised an exception, and :class:`ValueError` if it did not return an
     action for each agent.

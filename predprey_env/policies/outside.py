@@ -1,4 +1,4 @@
-"""Teams that are not compiled: their policy is asked in Python, for each world or for all worlds at once."""
+"""Teams whose policy is called in Python, for each world or for all worlds at once."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from predprey_env.policies.protocol import Player, Policy
 
 
 class Seat(NamedTuple):
-    """An opponent in many worlds. One of ``outside`` and ``player`` is None."""
+    """An opponent in many worlds. Exactly one of ``outside`` and ``player`` is None."""
 
     policy: Policy
     outside: OutsideTeam | None
@@ -25,14 +25,14 @@ class Seat(NamedTuple):
 
 
 def seat(opponent: Opponent, team: TeamName, config: EnvConfig, n_worlds: int) -> Seat:
-    """Return an opponent in many worlds: in compiled code if its policy has a player, else asked in Python."""
+    """Return an opponent in many worlds: in compiled code if its policy has a player, else called in Python."""
     policy = as_policy(opponent, team, config)
     player = compiled_player(policy, team, config, LANES)
     return Seat(policy, OutsideTeam(policy, config, team, n_worlds) if player is None else None, player)
 
 
 class OutsideTeam:
-    """Any policy as a team in many worlds.
+    """A team in many worlds whose actions a Python policy chooses.
 
     Args:
         policy: Policy that plays. Each world gets a copy unless the policy has ``act_batch``.
@@ -52,7 +52,7 @@ class OutsideTeam:
         self._shape = shape._replace(n_seen=self.sight.n_seen(shape.n_agents, shape.n_opponents))
         self._agents = [f"{PREFIXES[team]}{i}" for i in range(self._shape.n_agents)]
         self.at_once = asked_at_once(policy)
-        """True if the policy is asked about all worlds in one call."""
+        """True if the policy chooses for all worlds in one call."""
         self._policies = [policy] if self.at_once else [own_copy(policy, whose) for _ in range(n_worlds)]
         self.views = np.zeros((n_worlds, self._shape.n_agents, self._shape.n_seen), np.float32)
         """Observations of the team, float32 ``(n_worlds, n_agents, n_seen)``. The caller writes them before
@@ -74,8 +74,8 @@ class OutsideTeam:
         """Return the team's actions for the observations in :attr:`views`, int32 ``(n_worlds, n_agents)``.
 
         Args:
-            playing: bool ``(n_worlds,)``: the worlds in which the episode goes on; in the others the actions mean
-                nothing.
+            playing: True for the worlds in which the episode goes on, bool ``(n_worlds,)``; in the others the actions
+                are meaningless.
 
         Raises:
             RuntimeError: The policy raised an exception.

@@ -1,4 +1,4 @@
-"""Pools of opponents, of which each episode samples one."""
+"""Pools of opponents, from which each episode samples one."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from predprey_env.settings import brief
 
 
 class OpponentPool:
-    """Opponents of which each episode samples one, for self-play and leagues.
+    """A pool of opponents, from which each episode samples one, for self-play and leagues.
 
     Args:
         opponents: The opponents: names of scripts, policies or functions.
-        weights: Weight of each opponent, at least 0; its probability is its fraction of their sum. By default all
-            opponents have the same.
+        weights: Weight of each opponent, at least 0; an opponent's probability is its weight over the sum of all
+            weights. By default all weights are equal.
     """
 
     def __init__(self, opponents: Sequence[Opponent], weights: Sequence[float] | None = None) -> None:
@@ -38,10 +38,10 @@ class OpponentPool:
         return len(self.opponents)
 
     def sample(self, generator: np.random.Generator) -> int:
-        """Return the index of an opponent. A pool of one takes nothing from the generator."""
+        """Return the index of a random opponent. A pool of one leaves the generator unchanged."""
         if len(self) == 1:
             return 0
-        # The product may round up to the last end, which no opponent of weight 0 behind it may get.
+        # The product may round up to the sum of all weights, which lies past the last opponent.
         point = min(generator.random() * self._ends[-1], np.nextafter(self._ends[-1], 0))
         return int(np.searchsorted(self._ends, point, side="right"))
 

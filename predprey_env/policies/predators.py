@@ -1,4 +1,4 @@
-"""Scripted predators. When no free prey is left, they take their last action, which is to idle if they may.
+"""Scripted predators. When no prey is free, they take the action of highest index, which is to idle if they may.
 
 Sources: M. Benda, V. Jagannathan, R. Dodhiawala, *On Optimal Cooperation of Knowledge Sources* (Boeing, 1986), where a
 prey is caught from its four sides; R. E. Korf, *A Simple Solution to Pursuit Games* (Workshop on Distributed Artificial
@@ -51,8 +51,8 @@ def parity_chase(seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bo
 
 @rule
 def intercept(seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool, memory: IntegerRows, at: int) -> Value:
-    """Aim ahead of the nearest free prey (lead pursuit): where it will be if it keeps its last move for half as many
-    steps as it is away. The predator idles as in :func:`parity_chase`.
+    """Aim ahead of the nearest free prey (lead pursuit), at the place that it reaches if it repeats its last move for
+    half as many steps as its distance. The predator idles as in :func:`parity_chase`.
     """
     dx, dy, length = nearest(seen, n_opponents)
     # Memory holds the offset expected if the prey stands still, so the difference is the prey's last move. A difference
@@ -68,7 +68,7 @@ def intercept(seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool,
 
 @rule
 def surround(agent: int, seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool) -> Value:
-    """Come from the west, the east, the south or the north, one role for each agent in turn (the sides of Benda et al.,
+    """Come from the west, the east, the south or the north, by the agent's index modulo 4 (the sides of Benda et al.,
     1986). The predator aims at a point on its own side of the nearest free prey, half as far from the prey as the
     predator is, and idles as in :func:`parity_chase`.
     """

@@ -43,7 +43,7 @@ def _begin(memory: IntegerRows, seed: int, prey: bool, agent: int) -> None:
 
 
 class Memories:
-    """Memory of the agents of a team that are asked one at a time: int32 ``(n_rows,)`` each."""
+    """Memory of a team whose agents choose one at a time: int32 ``(n_rows,)`` for each agent."""
 
     def __init__(self, prey: bool, n_rows: int = MEMORY) -> None:
         self._prey, self._n_rows = prey, n_rows
@@ -67,7 +67,7 @@ class Memories:
 
 @runtime_checkable
 class Policy(Protocol):
-    """A policy that plays one team, agent by agent or all of them together.
+    """A policy that plays one team: it chooses for one agent at a time, or for all of them together.
 
     A policy may also have a method ``compiled(team: TeamName, env: EnvConfig, lanes: int) -> player``, with which
     :func:`predprey_env.vector_env` plays it without leaving compiled code. The player is a named tuple for which
@@ -75,16 +75,15 @@ class Policy(Protocol):
     method raises :class:`ValueError` if the policy cannot play that team in that world.
 
     Or it may have a method ``act_batch(observations)``, from float32 ``(n_worlds, n_agents, n_seen)`` to int
-    ``(n_worlds, n_agents)``, with which a vector environment asks it about all worlds in one call. Such a policy must
-    have no memory: it is also asked about worlds that are over, and more than once a step when other worlds have just
-    begun.
+    ``(n_worlds, n_agents)``, which a vector environment calls once for all worlds. Such a policy must have no memory:
+    calls include worlds that are over, and a step has more than one call when other worlds have just begun.
 
-    A policy with an attribute ``sight``, a :class:`predprey_env.Sight`, observes what that says in every world. All
-    others observe what the world's options say.
+    A policy with an attribute ``sight``, a :class:`predprey_env.Sight`, has that observation in every world. Other
+    policies have the observation of the world's options.
     """
 
     def reset(self, seed: int | None = None) -> None:
-        """Start an episode: forget the last one. All random choices follow from the seed, in [0, 2**31)."""
+        """Start an episode and forget the last one. All random choices follow from the seed, in [0, 2**31)."""
         ...
 
     def act(self, observations: Observations) -> Mapping[str, int]:
@@ -93,18 +92,17 @@ class Policy(Protocol):
 
 
 class _Choose(Generic):
-    """Generic function that returns the action of one agent of a team, as a value.
+    """Generic function that returns the action of one agent of a team: ``choose(player, agent, seen, memory, at)``.
 
-    It calls the rule that is registered for exactly the player's class: ``choose(player, agent, seen, memory, at)``, in
-    Python as in compiled code.
+    It calls the rule of the player's class, in Python as in compiled code. Rules are not inherited.
 
     Args:
         player: Player of the team, a named tuple.
         agent: Index of the agent in its team.
-        seen: Observation of the agent, or of all agents of the team, one after the other, where the player
-            :data:`sees_team`: rows of float32.
+        seen: Rows of float32: the agent's observation, or, if the player :data:`sees_team`, the observations of all
+            agents of the team, one after the other.
         memory: Memory of the player: rows of int32, :func:`first_memory` when an episode starts.
-        at: Index of the first of the agent's rows, of which there are :data:`memory_rows`.
+        at: Index of the agent's first row of memory; the agent has :data:`memory_rows` of them.
     """
 
     def __call__(self, player: Player, agent: int, seen: FloatRows, memory: IntegerRows, at: int) -> Value:
@@ -114,8 +112,8 @@ class _Choose(Generic):
 class _SeesTeam(Generic):
     """Generic function that returns whether a player chooses from the observations of all agents of its team.
 
-    A class of player without a rule chooses from the agent's own: ``sees_team.register(Player, rule)``, with
-    ``rule(player) -> bool``.
+    By default a player chooses from the agent's own observation. ``sees_team.register(Player, rule)``, with
+    ``rule(player) -> bool``, changes this for a class.
     """
 
     def __call__(self, player: Player) -> bool:
@@ -125,8 +123,8 @@ class _SeesTeam(Generic):
 class _SightOf(Generic):
     """Generic function that returns what a player's agents observe, a :class:`predprey_env.Sight`.
 
-    A class of player without a rule observes what the paper's agents do: ``sight_of.register(Player, rule)``, with
-    ``rule(player) -> AnySight``.
+    By default it is the paper's observation. ``sight_of.register(Player, rule)``, with ``rule(player) -> AnySight``,
+    changes this for a class.
     """
 
     def __call__(self, player: Player) -> AnySight:
@@ -137,8 +135,8 @@ class _SightOf(Generic):
 class _MemoryRows(Generic):
     """Generic function that returns the number of int32 rows of memory that a player needs for each of its agents.
 
-    A class of player without a rule has :data:`MEMORY`: ``memory_rows.register(Player, function)``, with
-    ``function(player) -> int``, which Python calls before play.
+    By default, and at least, it is :data:`MEMORY`. ``memory_rows.register(Player, function)``, with
+    ``function(player) -> int``, changes this for a class; Python calls the function before play.
     """
 
     def __call__(self, player: Player) -> int:
@@ -157,8 +155,8 @@ def _opponents_only(player: Player) -> Sight:
 
 
 choose = _Choose("choose")
-"""Action of one agent, by the rule that is registered for the player's class: ``choose.register(Player)`` above
-``@rule``. The rule is called with ``(player, agent, seen, memory, at)``."""
+"""Action of one agent, by the rule of the player's class: put ``@choose.register(Player)`` above ``@rule``. The rule is
+called with ``(player, agent, seen, memory, at)``."""
 sees_team = _SeesTeam("sees_team", default=_sees_itself)
 """Whether a player chooses from the observations of its whole team; by default it does not."""
 sight_of = _SightOf("sight_of", default=_opponents_only)

@@ -1,4 +1,4 @@
-"""Readings of an observation that scripts use: the nearest opponent, and the move towards a place."""
+"""Features that scripts read from an observation: the nearest opponent, and the move towards a place."""
 
 from __future__ import annotations
 

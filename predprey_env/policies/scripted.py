@@ -1,4 +1,4 @@
-"""Scripted teams: every agent of a team follows the same script, and sees only what agents see."""
+"""Scripted teams: every agent of a team follows the same script, from the paper's observation alone."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _act(script: Script, agent: int, seen: FloatRows, memory: IntegerRows) -> in
 def how_to_load(name: object) -> str:
     """Return a hint on how to load an evolved team, to add to an error about its name or path.
 
-    This package cannot read evolved teams. The hint is empty if the name does not look like one.
+    This package cannot read evolved teams. The hint is empty if the name does not look like that of a team.
     """
     if not isinstance(name, str | PurePath):
         return ""
@@ -101,11 +101,11 @@ def how_to_load(name: object) -> str:
 class ScriptedTeam:
     """A team in which every agent follows the same script.
 
-    It follows the policy protocol. An agent's role depends on the number at the end of its name.
+    It follows the policy protocol. An agent's role in a script depends on the number at the end of the agent's name.
 
     Args:
         script: Name of the script, one of the team's :data:`SCRIPTS`.
-        team: Team that it plays; needed only for ``random``, which both teams can play.
+        team: Team that the script plays; needed only for ``random``, which both teams can play.
         n_actions: Number of actions of an agent; by default 5 for predators and 4 for prey.
         in_turns: True if the predators move after the prey, and see its move.
     """
@@ -146,7 +146,7 @@ class ScriptedTeam:
     def compiled(self, team: TeamName, env: EnvConfig, lanes: int) -> Script:  # noqa: ARG002 - the same for any number
         """Return the team as a player in compiled code.
 
-        Raises :class:`ValueError` if it cannot play that team in that world.
+        Raises :class:`ValueError` if the script cannot play that team in that world.
         """
         _, n_opponents, n_actions, _ = env.team(team)
         if self.team != team:
@@ -160,7 +160,7 @@ class ScriptedTeam:
 
     @classmethod
     def of(cls, script: str, team: TeamName, env: EnvConfig) -> ScriptedTeam:
-        """Make the scripted team for a world."""
+        """Return the scripted team for a world."""
         made = cls(script, team, env.team(team).n_actions, in_turns=env.move_order == "prey_first")
         made._n_opponents = env.team(team).n_opponents
         return made

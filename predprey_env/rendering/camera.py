@@ -1,4 +1,4 @@
-"""A camera that follows the chase, so that nobody jumps across the edge of the torus."""
+"""A camera that follows the chase, so that the chase never jumps across the edge of the picture."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Camera:
         self._time = 0.0
 
     def look(self, world: World, time: float) -> Places:
-        """Return the centre of the picture at a time in steps, not earlier than before: float64 ``(2,)``, column and
-        row in cells.
+        """Return the centre of the picture at a time in steps, which must not decrease between calls: float64 ``(2,)``,
+        column and row in cells.
         """
         target = self._target(world)
         if self._centre is None:

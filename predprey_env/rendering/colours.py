@@ -1,4 +1,4 @@
-"""Colours that colour-blind readers can tell apart (Okabe & Ito 2008), on a ground that suits light and dark pages."""
+"""Colours that colour-blind readers can tell apart (Okabe & Ito 2008), with a background for light and dark pages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PREDATOR: Colour = (230, 159, 0)
 PREY: Colour = (86, 180, 233)
 
 
-def mix(colour: Colour, share: float, ground: Colour = GROUND) -> Colour:
-    """Blend a colour over a ground; ``share``, in [0, 1], is the opacity of the colour."""
-    red, green, blue = (round(under + (over - under) * share) for over, under in zip(colour, ground, strict=True))
+def mix(colour: Colour, opacity: float, ground: Colour = GROUND) -> Colour:
+    """Blend a colour, with an opacity in [0, 1], over a background."""
+    red, green, blue = (round(under + (over - under) * opacity) for over, under in zip(colour, ground, strict=True))
     return red, green, blue

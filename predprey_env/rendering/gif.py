@@ -20,11 +20,11 @@ _UNCHANGED = 255
 
 
 _LARGEST = 65_535
-"""Largest side of a picture, in pixels, and longest time of a picture, in hundredths of a second, that the format can
-hold."""
+"""Limits of the format: largest side of a picture, in pixels, and longest time of a picture, in hundredths of a
+second."""
 
 _LONGEST_FILM = 1_000_000
-"""Longest duration of a GIF, in seconds; every 655 seconds take a picture even if nothing moves."""
+"""Longest duration of a GIF, in seconds; limited, because each 655 seconds need a picture even if nothing moves."""
 
 
 def write_gif(frames: Sequence[Picture], path: Path, fps: float) -> None:

@@ -38,11 +38,11 @@ def trail_length(config: EnvConfig) -> float:
 
 
 class Painter:
-    """Draws the worlds of one configuration. Its next picture overwrites the one before.
+    """Draws the worlds of one configuration. Each picture overwrites the previous one.
 
     Args:
         config: The world.
-        width: Cells across the picture; by default the whole world.
+        width: Width of the picture in cells; by default the whole world.
     """
 
     def __init__(self, config: EnvConfig, width: int | None = None) -> None:
@@ -59,13 +59,13 @@ class Painter:
     def paint(
         self, track: Track, progress: float = 1.0, caption: str = "", centre: Places | None = None
     ) -> pygame.Surface:
-        """Return the picture at the latest moment of a track, or on the way there.
+        """Return the picture at the latest moment of a track, or between the previous moment and the latest.
 
         Args:
-            track: What was seen.
-            progress: 0 for the moment before, 1 for the latest.
+            track: The course of the episode.
+            progress: 0 for the previous moment, 1 for the latest.
             caption: Text in the line above the world.
-            centre: The point in the middle of the picture, column and row in cells; by default that of the world.
+            centre: The point in the middle of the picture, column and row in cells; by default the world's middle.
         """
         now = track.time - (1 - progress) * track.duration
         self._centre = centre
@@ -140,7 +140,7 @@ class Painter:
         self._world.blits([(sprite, box.move(shift)) for shift in self._shifts(box)])
 
     def _shifts(self, box: pygame.Rect) -> list[tuple[int, int]]:
-        """Return the shifts by whole worlds with which a part of a box is in the picture, as the world wraps around."""
+        """Return the shifts by the size of the world, which wraps around, that put a part of a box into the picture."""
         if _BOUNDS.contains(box):
             return [(0, 0)]
         ways = (-self._side, 0, self._side)

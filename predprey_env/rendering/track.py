@@ -12,7 +12,7 @@ from predprey_env.rules.dynamics import World
 
 
 class Stretch(NamedTuple):
-    """The moves of all agents between two moments that were seen: a time step, or half of one."""
+    """The moves of all agents between two successive moments that were seen: in a time step, or half of one."""
 
     time: float
     """Time of the second moment, in steps."""
@@ -36,11 +36,11 @@ class Track:
         self.cells = _cells(world)
         """Cells of the agents at the last moment: int32 ``(n_agents, 2)``."""
         self.way = np.zeros_like(self.cells)
-        """Moves from the moment before, zero if they are unknown: int32 ``(n_agents, 2)``."""
+        """Moves since the previous moment, zero if they are unknown: int32 ``(n_agents, 2)``."""
         self.heading = np.zeros_like(self.cells)
         """Last move of each agent that changed its cell: int32 ``(n_agents, 2)``."""
         self.duration = 0.0
-        """Steps since the moment before, 0 if the moves are unknown."""
+        """Steps since the previous moment, 0 if the moves are unknown."""
         self.caught_at = np.where(world.alive, np.inf, time)
         """Time at which each prey was first seen to be caught, in steps, infinite while it is free: ``(n_prey,)``."""
         self.stretches: deque[Stretch] = deque()

@@ -61,7 +61,7 @@ def save_video(frames: Iterable[Picture], path: str | os.PathLike[str], fps: flo
 
 
 def check_encoder(path: Path) -> None:
-    """Raise :class:`gymnasium.error.DependencyNotInstalled` if a package is missing that writes videos such as this."""
+    """Raise :class:`gymnasium.error.DependencyNotInstalled` if the package that writes such a video is missing."""
     if path.suffix.lower() == ".mp4":
         with extra("render", "an MP4"):
             import imageio_ffmpeg  # noqa: F401

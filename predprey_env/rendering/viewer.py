@@ -21,8 +21,8 @@ class Viewer:
 
     Args:
         config: The world.
-        fps: Time steps, or halves of them, that a window shows per second.
-        follow: Cells across pictures that follow the chase; by default pictures show the whole world.
+        fps: Moments, which are time steps or halves of them, that a window shows per second.
+        follow: Width in cells of pictures that follow the chase; by default pictures show the whole world.
     """
 
     def __init__(self, config: EnvConfig, fps: float, follow: int | None = None) -> None:
@@ -59,7 +59,7 @@ class Viewer:
             self._window.close()
 
     def _look(self, world: World, time: float) -> tuple[bool, Track]:
-        """Add the world to the track. Return whether it is new, and the track."""
+        """Add the world to the track. Return whether its time is new, and the track."""
         if self._track is None or time < self._track.time:  # an environment may return to an earlier state
             self._track = Track(world, time, self._config.size, trail_length(self._config))
             return True, self._track

@@ -131,9 +131,9 @@ def take_turn(world: World, actions: IntegerRows, turn: int, rules: Rules) -> No
 
 @rule
 def remember_moves(actions: IntegerRows, turn: int, rules: Rules, moved: IntegerRows) -> None:
-    """Write the actions of those that move in a turn to ``moved``, which holds the last action of every agent.
+    """Write the actions of the agents that move in a turn to ``moved``, which holds the last action of every agent.
 
-    That of a caught prey means nothing. Before the first move it is :data:`~predprey_env.config.IDLE`.
+    The entry of a caught prey is meaningless. Before the first move all entries are :data:`~predprey_env.config.IDLE`.
     """
     first = rules.n_predators if turn == PREY else 0
     last = rules.n_predators if turn == PREDATORS else rules.n_predators + rules.n_prey

@@ -11,7 +11,7 @@ from predprey_env.rules.torus import displacement, largest_distance, manhattan
 BEST = 25.0
 """Fitness of a predator team that caught all prey, and of a prey team that lost none."""
 
-ALL, NEAREST = 1, 2  # positions in config.CLOSENESS
+ALL, NEAREST = 1, 2  # indices in config.CLOSENESS
 
 
 @rule
@@ -30,8 +30,8 @@ def closeness(world: World, first: int, last: int, rules: Rules) -> float:
     """Return ``d`` of the predators ``first`` to ``last - 1``, in [0, 1].
 
     ``d`` is 1 minus their mean distance to the prey over the largest distance on the torus. The paper calls ``d`` "the
-    normalized sum of distances". Read as closeness to the prey still free, it is the only reading that orders the
-    fitness by prey caught and keeps it below 25.
+    normalized sum of distances". By default we read it as closeness to the prey that are still free: the fitness then
+    increases with the number of prey caught, and with the paper's two prey it stays below 25 until all are caught.
     """
     total, terms = 0.0, 0
     for prey in range(rules.n_prey):
@@ -54,7 +54,7 @@ def closeness(world: World, first: int, last: int, rules: Rules) -> float:
 def predator_fitness(world: World, first: int, last: int, rules: Rules) -> float:
     """Return 25 if all prey are caught, else ``20 g/n + 2 g + 20 d/n`` with ``g`` of ``n`` prey caught.
 
-    The paper states the formula for its two prey. With four or more prey it exceeds 25 when only one is left.
+    The paper states the formula for its two prey. With four or more prey it can exceed 25 when only one is free.
     """
     n = rules.n_prey
     caught: int = n - count_alive(world, rules)

@@ -93,7 +93,7 @@ def _both_free(world: World, one: int, other: int, rules: Rules) -> Mask:
 @rule
 def _is_free(world: World, agent: int, rules: Rules) -> Mask:
     if agent < rules.n_predators:
-        return load(world.x, agent) >= 0  # always
+        return load(world.x, agent) >= 0  # true in every lane
     return load(world.alive, agent - rules.n_predators) != 0
 
 
@@ -142,7 +142,7 @@ def _distance(out: FloatRows, row: int) -> Value:
 
 @rule
 def _swap(out: FloatRows, row: int, which: Mask) -> None:
-    """Swap the pair of rows from ``row`` on with the pair after it."""
+    """Swap the pair of rows from ``row`` on with the pair after it, where ``which`` holds."""
     for axis in range(2):
         one, other = load(out, row + axis), load(out, row + 2 + axis)
         store(out, row + axis, where(which, other, one))
