@@ -1,4 +1,4 @@
-"""Predators and prey on a toroid: PettingZoo and Gymnasium environments.
+"""Predators and prey on a torus: PettingZoo and Gymnasium environments.
 
 A parallel environment of both teams::
 

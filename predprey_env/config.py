@@ -98,7 +98,7 @@ class EnvConfig(Settings):
     """Number of prey."""
 
     size: int = Field(default=100, ge=3, le=10_000)
-    """Side of the square toroid, in cells."""
+    """Side of the square torus, in cells."""
 
     max_cycles: int = Field(default=150, ge=1, le=1_000_000)
     """Time limit of an episode, in steps."""

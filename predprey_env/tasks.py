@@ -26,7 +26,7 @@ def _world(**parameters: Any) -> EnvConfig:
 TASKS: dict[str, Task] = {
     "pond": Task(_world(n_prey=1, size=20, max_cycles=60), "one prey on a small torus, which PPO learns in seconds"),
     "meadow": Task(_world(size=30, max_cycles=90), "two prey, which scripts hardly catch and PPO learns in minutes"),
-    "steppe": Task(_world(size=40), "two prey, where the lead passes between the teams when both learn"),
+    "steppe": Task(_world(size=40), "two prey, where the lead changes when both teams learn"),
     "3v1": Task(_world(n_prey=1), "the paper's world with one prey"),
     "3v2": Task(_world(), "the paper's world with two prey, in which prey win"),
 }

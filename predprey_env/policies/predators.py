@@ -42,8 +42,8 @@ def _in_step(length: Value, action: Value, n_actions: int, in_turns: bool) -> Va
 @rule
 def parity_chase(seen: FloatRows, n_opponents: int, n_actions: int, in_turns: bool) -> Value:
     """Chase greedily, but idle when the nearest free prey is an odd distance away (an even one where teams move in
-    turns). This happens once for each prey that the predator turns to. A predator that may not idle plays the greedy
-    chase.
+    turns). On a torus of even size this happens at most once for each prey that the predator turns to. A predator that
+    may not idle plays the greedy chase.
     """
     dx, dy, length = nearest(seen, n_opponents)
     return where(length < FAR, _in_step(length, towards(dx, dy), n_actions, in_turns), n_actions - 1)
