@@ -45,7 +45,7 @@ class Algorithm(Protocol):
         """Return the algorithm before the first generation.
 
         Args:
-            config: Parameters of evolution; an algorithm uses those that it has a meaning for.
+            config: Parameters of evolution; an algorithm ignores those that do not apply to it.
             controller: The networks of each agent.
             n_genomes: Number of genomes of a team: one for each agent, or one for all if the controller is central.
             generator: Random generator of the first genes.
@@ -77,13 +77,13 @@ class Algorithm(Protocol):
         ...
 
     def state(self) -> dict[str, StoredArray]:
-        """Return all that the next generation follows from, as arrays, for the checkpoint."""
+        """Return everything that the next generation depends on, as arrays for the checkpoint."""
         ...
 
     def restore(self, state: Mapping[str, StoredArray]) -> None:
-        """Take on the state that :meth:`state` returned.
+        """Restore the state that :meth:`state` returned.
 
-        Raises :class:`ValueError` or :class:`KeyError` if it cannot be one.
+        Raises :class:`ValueError` or :class:`KeyError` if the arrays are not such a state.
         """
         ...
 

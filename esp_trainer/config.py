@@ -28,7 +28,7 @@ class SideConfig(Settings):
     algorithm: str = "esp"
     """Algorithm that evolves the side: `esp`, the paper's; `cosyne`, which has a subpopulation for each gene; `ga`, a
     genetic algorithm on whole teams; `openai_es` and `cma_es`, evolution strategies; or one of your own, as
-    `module:Class`. Those parameters of `esp` count that it has a meaning for."""
+    `module:Class`. It uses those parameters of `esp` that apply to it."""
 
     algorithm_options: dict[str, bool | int | float | str] = Field(default={})
     """Options of the algorithm, by name."""
@@ -137,7 +137,7 @@ class RunConfig(Settings):
             raise ValueError("at least one of predators.policy and prey.policy must be 'esp', got two scripts")
         if self.esp.exploiters_every and not (self.esp.past_share or self.champion.n_past):
             raise ValueError(
-                "esp.exploiters_every must be 0 where esp.past_share and champion.n_past are 0: none is met"
+                "esp.exploiters_every must be 0 where esp.past_share and champion.n_past are 0: no team would meet one"
             )
         return self
 
@@ -161,8 +161,8 @@ class RunConfig(Settings):
         return self
 
     @model_serializer(mode="wrap")
-    def _without_what_does_not_play(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the section that has no meaning, so that runs of the world are written as they always were."""
+    def _without_unused_section(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out ``env`` or ``game``, whichever is unused. Configs of the world are written as before ``game``."""
         fields: dict[str, Any] = whole(self)
         fields.pop("env" if self.game.environment else "game", None)
         return fields

@@ -23,7 +23,7 @@ from predprey_env.plugins import find_object
 from predprey_env.settings import PartError, Settings, brief, error_line
 
 Environment: TypeAlias = Any
-"""A ``pettingzoo.ParallelEnv``. Environments are told by their methods, as some that ship with PettingZoo are."""
+"""A ``pettingzoo.ParallelEnv``. An environment is recognised by its methods, not by its class."""
 
 _METHODS = ("reset", "step", "observation_space", "action_space")
 
@@ -31,8 +31,8 @@ _METHODS = ("reset", "step", "observation_space", "action_space")
 class ManyEpisodes(Protocol):
     """Episodes of a game side by side, in arrays. All agents stay until their episode ends.
 
-    An environment that has a method ``many()``, which returns such an object, is played through it. Python then costs
-    one call a step for hundreds of episodes, instead of one for each. Episodes must go as in the environment itself.
+    An environment that has a method ``many()``, which returns such an object, is played through it. A step then takes
+    one Python call for hundreds of episodes, instead of one for each. Episodes must be as in the environment itself.
     """
 
     def reset(self, seeds: Seeds) -> Mapping[str, Observation]:
@@ -59,7 +59,7 @@ class GameError(PartError):
 
 @contextmanager
 def in_one_line(environment: str, doing: str) -> Iterator[None]:
-    """Raise what an environment raises as a :class:`GameError`."""
+    """Convert an exception of an environment to a :class:`GameError`, in one line."""
     try:
         yield
     except GameError:

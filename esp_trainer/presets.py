@@ -151,7 +151,7 @@ _FORMER = {"race-3v2-40": "race-steppe"}
 def preset(name: str) -> RunConfig:
     """Return the config of a preset, or of the one that is recommended for a task.
 
-    :class:`ValueError` for an unknown name suggests the nearest one.
+    Raises :class:`ValueError`, which suggests the nearest name, for an unknown one.
     """
     name = _FORMER.get(name, f"race-{name}" if name in WORLDS else name)
     if name not in PRESETS:

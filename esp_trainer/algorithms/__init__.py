@@ -1,4 +1,4 @@
-"""Algorithms that breed the teams of a side: ESP, four others, and whatever follows the protocol.
+"""Algorithms that breed the teams of a side: ESP, four others, and any class that follows the protocol.
 
 The config names one per side, ``predators.algorithm`` and ``prey.algorithm``.
 """

@@ -1,4 +1,4 @@
-"""Optimisers of other libraries that have ``ask`` and ``tell`` on vectors, and CMA-ES through ``cma`` as the first."""
+"""Base class for optimisers of other libraries with ``ask`` and ``tell``, and CMA-ES by the package ``cma``."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from predprey_env.settings import PartError
 
 
 class AskTell(WholeTeams):
-    """A team's vector as the solution of an optimiser: an object with ``ask() -> solutions`` and ``tell(solutions,
-    losses)``, where lower losses are better.
+    """An algorithm whose teams are the solutions of an optimiser.
 
-    A subclass makes the optimiser in :meth:`optimiser`. A checkpoint holds what the optimiser was told, from the start
-    on; a run that is resumed tells it again, which takes a fraction of the time of the run. Optimisers may sample from
-    NumPy's global generator: it is seeded for each call.
+    The optimiser is an object with ``ask() -> solutions`` and ``tell(solutions, losses)``, where lower losses are
+    better. A subclass makes it in :meth:`optimiser`. A checkpoint holds the seed of each call and all losses since the
+    start. A resumed run repeats these calls on a new optimiser, which takes a fraction of the time of the run.
+    Optimisers may sample from NumPy's global generator: it is seeded for each call.
     """
 
     @abstractmethod
@@ -46,12 +46,12 @@ class AskTell(WholeTeams):
         self._tell(-scores, int(generator.integers(2**31)))
 
     def state(self) -> dict[str, StoredArray]:
-        """Return the start, and the seed of each call and the losses that were told since."""
+        """Return the starting vector, the seed of each call, and the losses of each generation since the start."""
         losses = np.array(self._losses) if self._losses else np.zeros((0, 0))  # none yet after a start or a burst
         return {"start": self._start, "seeds": np.array(self._seeds, np.int64), "losses": losses}
 
     def restore(self, state: Mapping[str, StoredArray]) -> None:
-        """Tell a new optimiser what the old one was told."""
+        """Repeat the calls of the saved optimiser on a new one."""
         start, seeds, losses = (state[name] for name in ("start", "seeds", "losses"))
         if start.shape != (self.n_parameters,) or len(seeds) != 1 + 2 * len(losses):
             raise ValueError(f"start, seeds and losses do not fit: {start.shape}, {seeds.shape}, {losses.shape}")

@@ -16,7 +16,7 @@ from esp_trainer.esp import operators
 class GeneticAlgorithm(WholeTeams):
     """Truncation selection, one-point crossover and mutation, with the parameters of ``esp``.
 
-    The best ``elite_share`` of the teams breed. Each mates with a random one of them, and their two children, cut at
+    The best ``elite_share`` of the teams breed. Each mates with a random one of them. Their two children, from a cut at
     one point of the whole vector, replace the worst teams. In each neuron of a child one gene changes with probability
     ``mutation_rate``, as in ESP.
 
@@ -40,7 +40,7 @@ class GeneticAlgorithm(WholeTeams):
         self.population = np.concatenate([ranked[: len(ranked) - len(children)], children])
 
     def children(self, ranked: TeamVectors, generator: np.random.Generator) -> TeamVectors:
-        """Return the children of teams that are in order of their rank, two for each of the elite."""
+        """Return two children for each elite team; ``ranked`` holds the teams from best to worst."""
         n_elite = max(1, int(self.config.elite_share * len(ranked)))
         elite, length = ranked[None, :n_elite], np.array([self.n_parameters])
         mates = elite[:, generator.integers(0, n_elite, n_elite)]
@@ -70,5 +70,5 @@ class GeneticAlgorithm(WholeTeams):
         return {"population": self.population}
 
     def restore(self, state: Mapping[str, StoredArray]) -> None:
-        """Take on a population."""
+        """Restore a population."""
         self.population = restored(state, "population", self.population)

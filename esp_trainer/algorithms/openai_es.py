@@ -17,11 +17,11 @@ _BETAS, _EPSILON = (0.9, 0.999), 1e-8  # of Adam (Kingma & Ba 2015)
 class OpenAIES(WholeTeams):
     """A mean team that follows the gradient estimated from pairs of opposite perturbations of it.
 
-    A generation's teams are the mean itself, which can become the champion, and as many pairs as there are trials for.
+    A generation's teams are the mean itself, which can become the champion, and as many pairs as the trials allow.
     Scores are replaced by centred ranks.
 
     Options: ``sigma``, the standard deviation of a perturbation; ``learning_rate``, the step size of Adam;
-    ``weight_decay``, the fraction of a gene that is taken away at each step.
+    ``weight_decay``, the fraction by which each gene shrinks at each step.
     """
 
     OPTIONS: ClassVar[Mapping[str, float]] = {"sigma": 1.0, "learning_rate": 0.3, "weight_decay": 0.005}
@@ -58,9 +58,9 @@ class OpenAIES(WholeTeams):
         self.steps[:] = 0
 
     def state(self) -> dict[str, StoredArray]:
-        """Return the mean and what Adam remembers."""
+        """Return the mean and the state of Adam."""
         return {"mean": self.mean, "moments": self.moments, "steps": self.steps}
 
     def restore(self, state: Mapping[str, StoredArray]) -> None:
-        """Take on a mean and what Adam remembers."""
+        """Restore the mean and the state of Adam."""
         self.mean, self.moments, self.steps = (restored(state, name, like) for name, like in self.state().items())

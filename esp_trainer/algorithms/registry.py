@@ -30,7 +30,7 @@ _CALLS = ("start", "ask", "tell", "spread", "burst", "state", "restore")
 def algorithm_class(name: str) -> type[Algorithm]:
     """Return the class of an algorithm by its name in :data:`ALGORITHMS`, or as ``module:Class``.
 
-    Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol.
+    Raises :class:`ValueError`, in one line, if there is no such class or it does not follow the protocol.
     """
     found = find_class("algorithm", name, ALGORITHMS)
     abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())
@@ -50,7 +50,7 @@ def algorithm_name(algorithm: Any) -> str:
 
 @contextmanager
 def failures_told(name: str, call: str) -> Iterator[None]:
-    """Raise what a call of a user's algorithm raises as a :class:`PartError`: one line that says what, and where."""
+    """Convert an exception in a user's algorithm to a :class:`PartError`, in one line with the place of the error."""
     try:
         yield
     except (PartError, MemoryError):

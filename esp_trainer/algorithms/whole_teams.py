@@ -25,7 +25,7 @@ NO_OPTIONS: Mapping[str, Any] = MappingProxyType({})
 
 
 class WholeTeams(ABC):
-    """A population of whole teams. A subclass says which vectors are played, and what follows from their scores.
+    """A population of whole teams. A subclass defines which vectors are played, and how it learns from their scores.
 
     In each round of trials every team plays once, in random order, so that the trials of a block, which have the same
     starts, hold different teams.
@@ -38,7 +38,7 @@ class WholeTeams(ABC):
     """
 
     OPTIONS: ClassVar[Mapping[str, float]] = {}
-    """Options and their defaults; 0 may stand for a value that follows from the config."""
+    """Options and their defaults; a default of 0 may mean that the value is computed from the config."""
 
     def __init__(
         self, config: EspConfig, controller: Controller, n_genomes: int, options: Mapping[str, Any] = NO_OPTIONS
@@ -83,7 +83,7 @@ class WholeTeams(ABC):
 
     @abstractmethod
     def learn(self, vectors: TeamVectors, scores: Fitness, generator: np.random.Generator) -> None:
-        """Go on from the mean fitness of each team, ``(n_teams,)``; higher is better."""
+        """Update the population by the mean fitness of each team, ``(n_teams,)``; higher is better."""
 
     @abstractmethod
     def around(self, vector: TeamVector, generator: np.random.Generator) -> None:
@@ -95,7 +95,7 @@ class WholeTeams(ABC):
 
     @abstractmethod
     def restore(self, state: Mapping[str, StoredArray]) -> None:
-        """Take on a state."""
+        """Restore a state."""
 
     # -- what coevolution calls -----------------------------------------------------------------------------------
 
@@ -115,7 +115,7 @@ class WholeTeams(ABC):
         return EvolvedTeams(self.controller, as_candidates(self.genomes_of(vectors)), indices)
 
     def tell(self, fitness: Fitness, champions: TeamGenomes, generator: np.random.Generator) -> float:  # noqa: ARG002
-        """Go on from the fitness of each agent in each trial, ``(n_trials, n_agents)``; champions are not needed."""
+        """Breed by the fitness of each agent in each trial, ``(n_trials, n_agents)``; champions are not used."""
         if self._asked is None:
             raise RuntimeError("tell() needs the teams of ask() first")
         if len(fitness) != len(self._asked) or not np.isfinite(fitness).all():

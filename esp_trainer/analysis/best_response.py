@@ -1,7 +1,8 @@
 """Approximate best responses: freeze one team, and evolve opponents against it from scratch.
 
-The payoff of the evolved opponents is a lower bound on the payoff of the best response, so it shows how exploitable the
-team is at least. Sources: Lisy & Bowling 2017 (local best response), Timbers et al. 2022 (approximate exploitability).
+The payoff of the evolved opponents is a lower bound on the payoff of the best response, and so bounds the team's
+exploitability from below. Sources: Lisy & Bowling 2017 (local best response), Timbers et al. 2022 (approximate
+exploitability).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class BestResponse:
 
     @property
     def gain(self) -> float:
-        """Payoff of the best response minus that of the contemporaries, in fraction of prey or another payoff.
+        """Payoff of the best response minus that of the contemporaries: a fraction of prey, or another game's payoff.
 
         It is about 0 or more if the fresh evolution did at least as well as the contemporaries.
         """
@@ -59,8 +60,8 @@ def evolve_response(
 ) -> BestResponse:
     """Freeze the opponents of ``role`` as they were in a generation, and evolve that role against them from scratch.
 
-    The best response is the champion that does best on the held-out starts of the fresh evolution. It and the
-    contemporaries of the frozen side are then measured on other starts.
+    The best response is the champion that does best on the held-out starts of the fresh evolution. The best response
+    and the contemporaries of the frozen side are then measured on other starts.
 
     Args:
         history: The run.
@@ -76,7 +77,7 @@ def evolve_response(
         ValueError: The role follows a script in this run, so there are no settings to evolve it with.
     """
     if role not in history.champions:
-        raise ValueError(f"{role} must evolve in this run to answer anew, but follow a script")
+        raise ValueError(f"{role} must evolve in this run to evolve a response, but follow a script")
     generation = range(len(history))[generation]
     other = other_team(role)
     # Without the league, so that the frozen team is the only opponent.

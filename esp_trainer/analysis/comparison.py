@@ -66,7 +66,7 @@ def held_out_opponents(env: EnvConfig | None, runs: Sequence[History] = (), *, o
 
 
 def script_panel(*, another_game: bool = False) -> Panel:
-    """Return all scripts of both sides; in another game than the predator-prey world there is only the random one."""
+    """Return all scripts of both sides; another game than the predator-prey world has only the random script."""
     if another_game:
         return {role: [ScriptedTeams("random")] for role in ROLES}
     return {role: [ScriptedTeams(script) for script in SCRIPTS[role]] for role in ROLES}
@@ -138,7 +138,7 @@ def measures(*, captures: bool = True) -> list[str]:
 
     Measures against panels are the fraction of prey caught for predators, and the fraction not caught for prey.
     ``caught`` is the fraction of prey caught, champion against champion, in the last third of the run. In another game
-    all are payoffs, and its name is ``payoff``.
+    all measures are payoffs, and ``caught`` is named ``payoff``.
     ``predators_signal`` and ``prey_signal`` are the mean signal of selection over the run.
     """
     panels = [measure_name(role, panel, kind) for panel in (HELD_OUT, SCRIPTED) for role in ROLES for kind in KINDS]
@@ -207,7 +207,7 @@ class Contrast:
 def contrasts(conditions: Sequence[Condition], baseline: Condition, names: Sequence[str]) -> list[Contrast]:
     """Compare every other condition with the baseline in each named measure.
 
-    Measures that either of the two has in no run are skipped.
+    A measure that no run of the condition, or no run of the baseline, has is skipped.
     """
     found: list[Contrast] = []
     for condition in conditions:

@@ -1,4 +1,4 @@
-"""Conditions: groups of runs that differ only in their seeds. Names them, and checks whether their teams can meet."""
+"""Conditions, groups of runs that differ only in their seeds: their names, and checks that their teams can meet."""
 
 from __future__ import annotations
 
@@ -91,8 +91,8 @@ def _with_sides_merged(fields: Sequence[_Fields]) -> list[_Fields]:
 def _names(presets: Sequence[str], fields: Sequence[_Fields]) -> list[str]:
     """Return a name for each condition.
 
-    The names are the presets if these are all different. Else they are the fields that differ, or preset and the fields
-    that differ within a preset, whichever is shorter in all.
+    The names are the presets if these are all different. Else they are the fields that differ, or the preset and the
+    fields that differ within a preset, whichever names are shorter in total.
     """
     if len(set(presets)) == len(presets):
         return list(presets)

@@ -65,7 +65,7 @@ def as_results(values: PayoffMatrix, name: str = "payoffs", total: float = 1.0) 
 
 
 def share_variance(shares: PayoffMatrix, episodes: int) -> PayoffVariance:
-    """Return unbiased estimates of the variance of fractions of some episodes; nan for one episode."""
+    """Return unbiased estimates of the variance of fractions over ``episodes`` episodes; nan for one episode."""
     return shares * (1 - shares) / (episodes - 1) if episodes > 1 else np.full_like(shares, np.nan)
 
 
@@ -185,8 +185,8 @@ def decompose(caught: PayoffMatrix, episodes: Noise = None, scale: PayoffScale =
         caught: Fraction of prey caught, ``(G, H)``, see :func:`as_shares`; at least two generations of each side.
         episodes: Number of independent episodes behind each fraction. The expected squares of their binomial noise are
             subtracted from both parts, which do not fall below 0. The noise is computed as if all prey of an episode
-            had the same fate. Where they have it only in part, this subtracts too much, never too little. Instead of
-            a number: the sampling variance of each entry, ``(G, H)``, which then may be any payoffs. None: the
+            had the same fate. If they share it only in part, this subtracts too much, never too little. Instead of a
+            number: the sampling variance of each entry, ``(G, H)``; the entries may then be any payoffs. None: the
             fractions are exact.
         scale: Scale in which the matrix is decomposed.
     """

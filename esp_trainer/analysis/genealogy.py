@@ -35,10 +35,10 @@ class Origins(NamedTuple):
     past: GenerationIndices
     """Generation of the past champion that the gene came through last; :data:`NEVER` if it came through none."""
     skipped: Counts
-    """Number of generations that the gene's line skipped in the hall of fame, int. The others it was bred in."""
+    """Number of generations that the gene's line skipped in the hall of fame, int. In all others it was bred."""
 
     def each(self, change: Callable[[np.ndarray], np.ndarray]) -> Origins:
-        """Return the results of a function for each array."""
+        """Apply a function to each array."""
         return Origins(*map(change, self))
 
 
@@ -62,7 +62,7 @@ class Leading(NamedTuple):
     """Fraction of the neuron's genes, of any founder, that came through a past champion, float64."""
 
     def takeovers(self) -> BoolMask:
-        """Return where the founder is another one than in the generation before, bool ``(T - 1, S)``."""
+        """Return where the founder differs from that of the generation before, bool ``(T - 1, S)``."""
         return np.asarray(self.founder[1:] != self.founder[:-1])
 
 
@@ -72,8 +72,8 @@ class Genealogy:
 
     layout: Layout
     founders: Curve
-    """Effective number of founders at a place of the gene string: one over the sum of squares of their shares among the
-    neurons; mean over places and subpopulations, float64 ``(T,)``."""
+    """Effective number of founders at a place of the gene string: one over the sum of squares of their fractions among
+    the neurons; mean over places and subpopulations, float64 ``(T,)``."""
     from_past: Curve
     """Fraction of all genes that came through a past champion, float64 ``(T,)``."""
     skipped: Curve
@@ -109,7 +109,7 @@ class Genealogy:
 
 
 def of_run(run: Path) -> dict[Role, Genealogy]:
-    """Return the genealogy of each side of a run that evolves; none if the run keeps no parents.
+    """Return the genealogy of each evolving side of a run; empty if the run keeps no parents.
 
     Raises:
         FileNotFoundError: There is no run, or a file is not there.
@@ -134,9 +134,9 @@ def trace(layout: Layout, records: np.ndarray) -> Genealogy:
 
 
 def replay_origins(layout: Layout, records: np.ndarray) -> Iterator[tuple[Origins, Origins]]:
-    """Yield the origins of all genes ``(S, P, G)``, and of its champion's ``(S, G)``, for each generation.
+    """Yield, for each generation, the origins of all genes ``(S, P, G)`` and of its champion's genes ``(S, G)``.
 
-    The arrays change with the next generation.
+    The next generation overwrites the arrays.
     """
     n_subpopulations, n_genes = _read(layout).shape
     shape, each = (n_subpopulations, layout.size, n_genes), np.arange(n_subpopulations)
@@ -155,7 +155,7 @@ def replay_origins(layout: Layout, records: np.ndarray) -> Iterator[tuple[Origin
 
 
 def _breed(genes: Origins, record: np.void, champions: Origins) -> None:
-    """Replace the origins of the neurons that a generation replaced, in place."""
+    """Update the origins of the neurons that a generation's children replaced, in place."""
     each, generation, past = np.arange(len(record["elite"]))[:, None], int(record["generation"]), record["past"]
     pairs = np.nonzero(past != NEVER)  # subpopulation, and place among the last pairs
     met = past[pairs]

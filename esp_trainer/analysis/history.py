@@ -35,8 +35,8 @@ class History:
     """Genomes of the champions of each evolving side in the generations ``kept``, float32
     ``(n_kept, n_agents, n_networks, n_hidden, n_genes)``."""
     curves: dict[str, Curve]
-    """Curves by name, float64 ``(n_generations, ...)``: those of :data:`CURVES`, or in another game than the
-    predator-prey world of :data:`PAYOFF_CURVES`.
+    """Curves by name, float64 ``(n_generations, ...)``: those of :data:`CURVES`, or those of :data:`PAYOFF_CURVES` in
+    another game than the predator-prey world.
 
     Champion against champion, from held-out starts: ``caught`` (fraction of prey caught), ``all_caught`` and
     ``none_caught`` (fractions of episodes), ``caught_by_even`` (fraction of prey caught, by number of predators that

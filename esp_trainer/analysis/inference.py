@@ -2,7 +2,7 @@
 
 A seed is the unit of every statistic, because the episodes and generations of a run are not independent of each other.
 
-Intervals need no SciPy, as a sweep's table has them; the tests do, and import it.
+Intervals do not use SciPy, so that the table of a sweep can show them without it. The tests import SciPy.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def _check_fits(path: Path, history: History, config: RunConfig) -> None:
     """Raise :class:`ValueError` unless the teams of a run can be opponents in a run with this config."""
 
     def needed(of: RunConfig) -> dict[str, Any]:
-        bred = {"algorithm", "algorithm_options"}  # of no matter to who plays
+        bred = {"algorithm", "algorithm_options"}  # matter for breeding, not for play
         sides: dict[str, Any] = {role: side_config(of, role).model_dump(exclude=bred) for role in history.champions}
         return {"game": of.game.model_dump(), "env": world_of(of.env), "sight": options_of(of.env.sight), **sides}
 

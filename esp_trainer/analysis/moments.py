@@ -31,7 +31,7 @@ class Moment:
 
 
 def best_moment(behaviour: str, trace: Cells, paths: Paths) -> Moment | None:
-    """Return the first stretch of a behaviour in the episode where it is seen at most steps; None if it is never seen.
+    """Return the first stretch of a behaviour in the episode that shows it most often; None if none shows it.
 
     Args:
         behaviour: Name of the behaviour in the registry.

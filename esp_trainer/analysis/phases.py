@@ -43,10 +43,10 @@ def phases(curve: Curve, min_length: int = MIN_LENGTH) -> list[Phase]:
     Killick, Fearnhead & Eckley, JASA 107, 2012). The penalty is that of BIC, ``2 s log n`` (Yao, Statistics &
     Probability Letters 6, 1988), because a change adds two parameters, its place and its size.
 
-    ``s`` is the long-run variance of an AR(1) process. A variance for white noise would take success that wanders from
-    generation to generation for change points. ``s`` is estimated from differences, on which a few changes have little
-    effect (Chakar, Lebarbier, Lévy-Leduc & Robin, A robust approach for estimating change-points in the mean of an
-    AR(1) process, Bernoulli 23, 2017).
+    ``s`` is the long-run variance of an AR(1) process. With the variance of white noise, success that wanders from
+    generation to generation would be taken for change points. ``s`` is estimated from differences, on which a few
+    changes have little effect (Chakar, Lebarbier, Lévy-Leduc & Robin, A robust approach for estimating change-points in
+    the mean of an AR(1) process, Bernoulli 23, 2017).
 
     Rate of false positives, the fraction of curves without phases that are split: for 450 generations 1 in 100 if the
     noise is white, 1 in 20 at an autocorrelation of 0.6 and 1 in 6 at 0.9; for 75 generations 1 in 100, 1 in 5 and 1 in

@@ -103,7 +103,7 @@ def smooth(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def dash_of(number: int) -> Any:
-    """Return the dash pattern of a curve by its number. When colours repeat, each is paired with another pattern."""
+    """Return the dash pattern of a curve by its index. When colours repeat, each is paired with another pattern."""
     return _DASHES[(number + number // len(COLOURS)) % len(_DASHES)]
 
 
@@ -162,10 +162,10 @@ def payoff_matrix(
         predators: Generations of the predators, int ``(G,)``.
         prey: Generations of the prey, int ``(H,)``.
         payoff: Payoffs, the fraction of prey caught for example.
-        top: Payoff that has the last colour.
-        bottom: Payoff that has the first colour.
+        top: Payoff with the last colour of the scale.
+        bottom: Payoff with the first colour of the scale.
         name: Name of the payoffs among the drawn values.
-        words: Name of the payoffs beside the colours.
+        words: Label of the colour bar.
     """
     image = axes.pcolormesh(
         prey, predators, payoff, vmin=bottom, vmax=top, cmap="viridis", shading="nearest", rasterized=True

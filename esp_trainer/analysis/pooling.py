@@ -48,7 +48,7 @@ def check_same_config(runs: Sequence[tuple[Path, RunConfig]]) -> None:
 
 
 def cut_to_shortest(histories: Sequence[History]) -> list[History]:
-    """Return the histories cut to the length of the shortest, with the champions of the generations that all keep.
+    """Return the histories cut to the length of the shortest, with champions of only the generations that all keep.
 
     Raises:
         ValueError: There is no generation whose champions all runs keep.
@@ -61,7 +61,7 @@ def cut_to_shortest(histories: Sequence[History]) -> list[History]:
 
 
 def note_on_champions(histories: Sequence[History]) -> str | None:
-    """Return a note if the uncut runs keep champions of different generations; None if of the same."""
+    """Return a note if the uncut runs keep champions of different generations; None otherwise."""
     n, kept = min(map(len, histories)), _kept_by_all(histories)
     if all((history.kept < n).sum() == len(kept) for history in histories):
         return None

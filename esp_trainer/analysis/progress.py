@@ -69,9 +69,9 @@ def dominant_generations(caught: PayoffMatrix, episodes: Noise = None, error: fl
         episodes: Number of independent episodes behind each fraction. The difference must then exceed a margin, in
             standard errors of the difference (Agresti & Caffo, The American Statistician 54, 2000). The margin is such
             that a run without progress has a second dominant generation with a probability of at most ``error``.
-            Instead of a number: the sampling variance of each entry, ``(G, G)``, which then may be any payoffs. None:
+            Instead of a number: the sampling variance of each entry, ``(G, G)``; entries may then be any payoffs. None:
             any difference counts, and 75 generations of pure noise have about six dominant ones.
-        error: That probability, divided by the number of later generations (Bonferroni).
+        error: Maximum of that probability; it is divided among the later generations (Bonferroni).
 
     Returns:
         Rows of the dominant generations, in order, 0 first.
@@ -92,7 +92,7 @@ def dominant_generations(caught: PayoffMatrix, episodes: Noise = None, error: fl
 
 
 def _agresti_caffo(caught: PayoffMatrix, episodes: int) -> PayoffVariance:
-    """Return the variance of fractions, each as if it had one success and one failure more."""
+    """Return the variance of fractions, each with one success and one failure added."""
     shares = (caught * episodes + 1) / (episodes + 2)
     return shares * (1 - shares) / (episodes + 2)
 
@@ -154,8 +154,8 @@ def global_progress(
     only to its own opponents shows no progress.
 
     Args:
-        predators_met: Fraction caught by the run's predators of the prey of each other seed, ``(G, H_i)`` each.
-        prey_met: Fraction caught by the predators of each other seed of the run's prey, ``(G_i, H)`` each.
+        predators_met: Fraction of each other seed's prey that the run's predators catch, ``(G, H_i)`` each.
+        prey_met: Fraction of the run's prey that each other seed's predators catch, ``(G_i, H)`` each.
         total: Sum of both sides' results, see :func:`~esp_trainer.analysis.games.as_results`.
 
     Raises:

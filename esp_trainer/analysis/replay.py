@@ -1,4 +1,4 @@
-"""An episode of two policies: kept whole, as text, and as pictures that say what is seen in them."""
+"""An episode of two policies: its trajectory, and its frames as text or as pictures with captions."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from predprey_env.policies import Policy
 from predprey_env.rendering import text
 from predprey_env.rules.dynamics import World
 
-_LONG_ENOUGH = 15  # steps that a name stays, as a moment's would be gone before it is read
-_WIDEST = 44  # letters of a caption
+_LONG_ENOUGH = 15  # steps that a name stays in the caption, so that it can be read
+_WIDEST = 44  # most characters of a caption
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def as_text(episode: Trajectory) -> Iterator[str]:
 def as_pictures(episode: Trajectory, fps: float, follow: int | None = None) -> Iterator[Picture]:
     """Yield an RGB picture of each moment, uint8 ``(height, width, 3)``, with the names of the behaviours seen.
 
-    With ``follow``, pictures are so many cells wide and follow the chase; else they show the whole world.
+    With ``follow``, pictures are that many cells wide and follow the chase; else they show the whole world.
 
     Raises :class:`gymnasium.error.DependencyNotInstalled` without pygame-ce.
     """
@@ -100,7 +100,7 @@ def as_pictures(episode: Trajectory, fps: float, follow: int | None = None) -> I
 def captions(episode: Trajectory) -> list[str]:
     """Return the names of the behaviours that are seen after each whole step, or were just before.
 
-    The rarest come first in a line; those for which there is no room are left out.
+    Each line names the rarest behaviours first, and leaves out those that do not fit.
     """
     found = seen_in(episode)
     lines = []

@@ -1,7 +1,8 @@
 """Choice of the champions of a generation.
 
 The best of a thousand six-episode scores is mostly luck. By default the best twenty teams of each side therefore play
-each other again on fresh starts, and past champions if ``champion.n_past`` is set. The team with the best mean wins.
+each other again on fresh starts; with ``champion.n_past`` they also play past champions. The team with the best mean
+becomes champion.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Contenders:
     """Index of each team's trial, int ``(n_teams,)``."""
 
     def as_teams(self, which: np.ndarray) -> EvolvedTeams:
-        """Return a batch with one of the teams in each trial: those in the places ``which``, int ``(n_trials,)``."""
+        """Return a batch in which trial ``t`` has team ``which[t]``; ``which`` is int ``(n_trials,)``."""
         indices = np.broadcast_to(which[:, None, None, None], (len(which), *self.genomes.shape[1:4]))
         return EvolvedTeams(self.controller, as_candidates(self.genomes), indices)
 
@@ -73,7 +74,7 @@ def choose_champions(
 ) -> dict[Role, Champion]:
     """Return the champion of each evolving side.
 
-    A side has contenders, or it is fixed. ``past`` holds, for a side, past champions of the other side that its
+    Each side has contenders or is fixed. ``past`` maps a side to past champions of the other side, which its
     contenders also play.
     """
     if config.method == "argmax":
@@ -116,7 +117,7 @@ def _meet_past(
     opponents = EvolvedTeams(past.controller, past.genomes, past.indices[met])
     teams: dict[Role, TeamBatch] = {role: side.as_teams(which), other_team(role): opponents}
 
-    # All contenders start alike against a champion, so that their scores can be compared.
+    # All contenders meet a past champion from the same starts, so that their scores can be compared.
     starts = evaluator.starts.draw(generator, len(past.indices), n_episodes)[met]
     result = play_batch(evaluator, TrialBatch(teams["predators"], teams["prey"], starts))
     return result.fitness_of(role).mean(axis=(1, 2)).reshape(len(side.scores), -1)

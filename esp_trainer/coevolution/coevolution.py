@@ -35,7 +35,7 @@ class Exploiter(NamedTuple):
     genomes: TeamGenomes
     """float32 ``(n_agents, n_networks, n_hidden, n_genes)``."""
     payoff: float
-    """Mean payoff to the predators when it met that team, from held-out starts."""
+    """Mean payoff to the predators when the exploiter met that team, from held-out starts."""
 
 
 class Coevolution:
@@ -212,7 +212,7 @@ class Coevolution:
         return isinstance(other, EvolvingSide) and len(other.hall_of_fame) > 0
 
     def _past(self, role: Role, n: int, number: int) -> EvolvedTeams:
-        """Return past champions of a side's opponents that its candidates play."""
+        """Return the past champions of the other side that a side's candidates play."""
         other = self.evolving[other_team(role)]
         generator = self._stream(f"{role} candidates' opponents", number)
         chosen = CHOICES[self.config.esp.past_choice](other.hall_of_fame, (n,), generator)
@@ -228,7 +228,8 @@ class Coevolution:
     ) -> EvolvingSide:
         """Return a side after its generation.
 
-        It starts again around the champion if none has scored higher for ``burst_after`` generations.
+            The side starts again around the champion if the highest champion score has not risen for ``burst_after``
+        generations.
         """
         best, stagnant = before.best, before.stagnant + 1
         if champion.score > best:

@@ -42,7 +42,7 @@ class Generation:
     seconds: dict[str, float]
     """Wall time of each phase, in seconds."""
     exploited: dict[Role, float] = field(default_factory=dict)
-    """Mean payoff to the predators of each side's new exploiter, or against it, if the generation brought any. In the
-    predator-prey world it is the fraction of the prey caught."""
+    """Mean payoff to the predators in the episodes of each side's new exploiter; empty if the generation added none. In
+    the predator-prey world it is the fraction of the prey caught."""
     bred: dict[Role, Bred] = field(default_factory=dict)
     """Parents of each side's new neurons, if the run keeps them."""

@@ -33,7 +33,7 @@ def _last_is_extra(stride: int, done: int) -> bool:
 class HallOfFame:
     """An immutable pool of one side's champions, for opponents to play.
 
-    Its members are first the guests, exploiters and champions of other runs, which always stay. Then come the run's own
+    The first members are guests, which always stay: exploiters, and champions of other runs. Then come the run's own
     champions of the generations that :func:`kept_generations` returns, in order. A member's place is its index among
     the members.
 

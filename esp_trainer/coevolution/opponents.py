@@ -17,12 +17,12 @@ Choice = Callable[[HallOfFame, Shape, np.random.Generator], MemberIndices]
 """Function that samples places in a hall of fame, int, of a given shape."""
 
 _LEAST_WEIGHT = 0.02
-"""Smallest weight of a champion, that of one which always wins or always loses; one that wins half of its episodes has
-0.25. Even such a champion must be played now and then, because its win rate changes."""
+"""Smallest weight of a champion; one that wins half of its episodes has 0.25. Even a champion that always wins or
+always loses must be played now and then, because its win rate changes."""
 
 _LEAST_HARD = 1e-4
-"""Least weight of a champion by how hard it is, beside 1 of one that always wins: hundreds that always lose should
-hardly be met."""
+"""Smallest weight of a champion in :func:`hard`; one that always wins has 1. Even hundreds of champions that always
+lose should seldom be sampled."""
 
 
 def sample_uniform(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> MemberIndices:
@@ -41,7 +41,7 @@ def latest(fame: HallOfFame, shape: Shape, _: np.random.Generator) -> MemberIndi
 
 
 def sample_spread(fame: HallOfFame, shape: Shape, generator: np.random.Generator) -> MemberIndices:
-    """Sample champions of every strength equally often: the one whose win rate is next to a uniform random number."""
+    """Sample champions of all strengths equally often: the one whose win rate is nearest to a uniform random number."""
     order = np.argsort(fame.wins, kind="stable")
     between = (fame.wins[order][1:] + fame.wins[order][:-1]) / 2
     return order[np.searchsorted(between, generator.random(shape))]

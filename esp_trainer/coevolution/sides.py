@@ -58,7 +58,7 @@ def side_controller(config: RunConfig, role: Role) -> Controller:
 
 
 def check_parts(config: RunConfig) -> None:
-    """Raise :class:`ValueError` unless the networks and the algorithms of a run are found and take their options.
+    """Raise :class:`ValueError` unless the networks and the algorithms of a run exist and accept their options.
 
     No teams are made, so that a sweep can check its runs before the first one begins.
     """
@@ -106,7 +106,7 @@ def _started(config: RunConfig, role: Role) -> Algorithm:
 def _algorithm_class(config: RunConfig, role: Role) -> type[Algorithm]:
     """Return the class of a side's algorithm.
 
-    Raises :class:`ValueError` if there is none of its name, or if it does not take its options.
+    Raises :class:`ValueError` if there is none of that name, or if it does not accept the side's options.
     """
     name, options = side_config(config, role).algorithm, side_config(config, role).algorithm_options
     try:

@@ -26,7 +26,7 @@ class Part:
     opponents: TeamBatch
     """Opponents of each trial, or of each episode of each trial."""
     is_share: bool = True
-    """True if a payoff is the share of a win, in [0, 1], as a fraction of prey caught is."""
+    """True if a payoff runs from 0, a loss, to 1, a win, as a fraction of prey caught does."""
     past: MemberIndices | None = field(default=None, repr=False)
     """Places of past champions in the hall of fame, int ``(n_trials, n_episodes)``; None for other opponents."""
 
@@ -81,7 +81,7 @@ def summarise_trials(parts: Sequence[Part], esp: EspConfig) -> Trials:
 def ranked(payoff: EpisodePayoffs) -> Fractions:
     """Return the rank of each payoff among all, from 0 for the lowest to 1 for the highest, float64 of the same shape.
 
-    Equal payoffs share their mean rank. Payoffs of any scale become wins by this: half of the episodes are won.
+    Equal payoffs share their mean rank. This turns payoffs of any scale into results from 0 to 1, with a mean of 0.5.
     """
     _, which, counts = np.unique(payoff, return_inverse=True, return_counts=True)
     middle = np.cumsum(counts) - (counts + 1) / 2
@@ -91,7 +91,7 @@ def ranked(payoff: EpisodePayoffs) -> Fractions:
 def centred(fitness: Fitness, block_size: int) -> Fitness:
     """Return fitness ``(n_trials, n_agents)`` minus its mean over each block of trials.
 
-    Blocks of one trial leave it unchanged.
+    If a block is one trial, the fitness is unchanged.
     """
     if block_size == 1:
         return fitness

@@ -50,9 +50,9 @@ def make_controller(
 def wiring_for(side: SideConfig, n_opponents: int, n_agents: int = 1, sight: AnySight = PLAIN_SIGHT) -> np.ndarray:
     """Return the entries of an observation that each network reads, int ``(n_networks, n_inputs)``.
 
-    A split controller has a network for each group of entries of the sight. With the paper's observation a group is
-    about one other agent, so that a team-mate that is seen counts as an opponent does. Only a central controller reads
-    entries that are in no group, such as indices of agents, since all others have networks for each agent; it reads the
+    A split controller has a network for each group of entries of the sight. In the paper's observation each group
+    describes one other agent; a team-mate that is seen has a group as an opponent does. Only a central controller reads
+    entries that are in no group, such as indices of agents, since all others have networks for each agent. It reads the
     observations of all ``n_agents``, one after the other.
     """
     if side.controller == "central":
@@ -81,4 +81,4 @@ TOPOLOGIES = {
     "pairs": _pairs,
     "monolithic": _all,
 }
-"""Name of a controller -> function from the number of groups of entries to those that each of its networks reads."""
+"""Name of a controller -> function that maps the number of groups to the groups that each of its networks reads."""

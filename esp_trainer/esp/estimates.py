@@ -1,7 +1,7 @@
 """Estimates of each neuron's contribution to its team, from the trials of this and, discounted, earlier generations.
 
 One generation's trials tell neurons apart only a little better than a lottery. A neuron that survives also has earlier
-trials. They are kept as the sum of its fitness minus the mean of each generation, so that generations with different
+trials. Each neuron's fitness minus the mean of its generation is summed over trials, so that generations with different
 opponents can be added up. A score is the mean of this sum, shrunk towards 0, the mean of all neurons: the fewer the
 trials, the more it shrinks (James & Stein 1961).
 """
@@ -22,7 +22,7 @@ class Estimates:
     totals: Fitness
     """Fitness minus the generation's mean, summed over trials, float64 ``(S, P)``."""
     trials: np.ndarray
-    """Number of trials in each sum, earlier ones counted in part, float64 ``(S, P)``."""
+    """Number of trials in each sum, earlier ones discounted, float64 ``(S, P)``."""
 
     @classmethod
     def none(cls, n_subpopulations: int, size: int) -> Estimates:

@@ -28,14 +28,14 @@ class Parents(NamedTuple):
     elite: NeuronIndices
     """Slot of each breeding neuron, the first parent of its pair, int ``(S, n_elite)``."""
     mates: NeuronIndices
-    """Slot of its mate, int ``(S, n_elite)``."""
+    """Slot of the mate of each breeding neuron, int ``(S, n_elite)``."""
     past: MemberIndices
     """Place in the hall of fame of the past champion that is the mate instead, for the last ``hof_mates`` pairs: int
     ``(S, hof_mates)``; -1 where there is none."""
     cuts: Counts
     """Number of genes before the cut of each pair, int ``(S, n_elite)``."""
     children: NeuronIndices
-    """Slots that the children took, those of a pair side by side, int ``(S, 2 * n_elite)``."""
+    """Slots that the children took, with the children of a pair side by side, int ``(S, 2 * n_elite)``."""
 
 
 class Subpopulations:
@@ -140,7 +140,7 @@ class Subpopulations:
         return self.estimates.scores(config.prior_trials), variance.share()
 
     def _breed(self, ranks: NeuronIndices, champions: TeamGenomes, generator: np.random.Generator) -> None:
-        """Pair each elite neuron with a mate, in rank order; the children replace the worst neurons, the last first."""
+        """Pair each elite neuron with a mate, in rank order. The children replace the worst neurons, the last first."""
         config, genes = self.config, self.genomes.reshape(len(ranks), self.config.subpopulation_size, -1)
         each = np.arange(len(ranks))[:, None]
         elite = genes[each, ranks[:, : config.n_elite]]
@@ -166,7 +166,7 @@ class Subpopulations:
         return {"genomes": self.genomes, **remembered}
 
     def restore(self, state: Mapping[str, StoredArray]) -> None:
-        """Take on the genes, and with ``memory`` the estimates."""
+        """Restore the genes, and with ``memory`` the estimates."""
         self.genomes = restored(state, "genomes", self.genomes)
         if self.config.memory:
             like = self.estimates
@@ -175,14 +175,14 @@ class Subpopulations:
     def spread(self) -> Spread:
         """Return the diversity, mean over subpopulations, and the scale of the genes that networks read."""
         n_neurons = self.config.subpopulation_size
-        share = np.full(n_neurons, 1 / n_neurons)  # dot products with it are means, and much faster than mean()
+        weights = np.full(n_neurons, 1 / n_neurons)  # dot products with these are means, and much faster than mean()
         deviations, sizes = [], []
         for genome in self.genomes:
             genes = genome.reshape(-1, n_neurons, genome.shape[-1]).astype(np.float64)
             apart = genes - genes[:, :1]  # relative to one of them, so that the variance loses no digits
-            variance = share @ apart**2 - (share @ apart) ** 2
+            variance = weights @ apart**2 - (weights @ apart) ** 2
             deviations.append(np.sqrt(variance))
-            sizes.append(share @ np.abs(genes))
+            sizes.append(weights @ np.abs(genes))
         read = np.arange(self.genomes.shape[-1]) < self._used[:, None]
         return Spread(*(float(np.concatenate(values)[read].mean()) for values in (deviations, sizes)))
 

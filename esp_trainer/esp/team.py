@@ -26,7 +26,7 @@ from predprey_env.settings import counted, plain
 from predprey_env.sight import AnySight, Sight, sight_class, sight_name
 
 IN_A_WORLD = '{"env": EnvConfig(...).model_dump()}'
-"""Provenance of a team that names its world, as errors and notes advise it."""
+"""Provenance that names a team's world, as errors and notes recommend it."""
 
 
 @entry_point
@@ -101,12 +101,12 @@ class Team:
 
     @property
     def n_opponents(self) -> int:
-        """Least number of opponents at which the agents observe all entries that the networks read."""
+        """Smallest number of opponents with which the agents observe all entries that the networks read."""
         last = self.controller.wiring.max()
         return next((n for n in range(1, int(last) + 1) if self._last_entry(n) >= last), 1)
 
     def _last_entry(self, n_opponents: int) -> int:
-        """Return the last entry of an observation that the networks of such a team read with so many opponents."""
+        """Return the last observation entry that networks like these read in a world with ``n_opponents`` opponents."""
         return int(wiring_for(self.side, n_opponents, self.n_agents, self.sight).max())
 
     def policy(self, role: Role, env: EnvConfig) -> Team:
@@ -187,7 +187,7 @@ class Team:
         return in_every_trial(self.controller, self.genomes, n_trials)
 
     def save(self, path: Path | str) -> None:
-        """Write the team to a file. :class:`ValueError` if its provenance cannot be written as JSON."""
+        """Write the team to a file. Raises :class:`ValueError` if its provenance cannot be written as JSON."""
         try:
             provenance = json.loads(json.dumps(dict(self.provenance), default=_as_json, allow_nan=False))
         except (TypeError, ValueError) as error:
@@ -204,7 +204,7 @@ class Team:
 
     @classmethod
     def load(cls, path: Path | str) -> Team:
-        """Read a team from a file. :class:`DamagedFileError`, in one line, if the file is damaged or something else."""
+        """Read a team from a file. Raises :class:`DamagedFileError`, in one line, for a damaged or any other file."""
         path = Path(path)
         header, arrays = read_arrays(path, "team")
         try:
@@ -222,12 +222,12 @@ class Team:
 
 
 def _sight_header(sight: AnySight) -> dict[str, Any]:
-    """Return what a team's file says about its sight: the options of the paper's, or the name of one's own."""
+    """Return the part of a team's file about its sight: options of the paper's sight, or the name of a user's own."""
     return {"sight": sight._asdict()} if isinstance(sight, Sight) else {"observation": sight_name(sight)}
 
 
 def _read_sight(header: dict[str, Any]) -> AnySight:
-    """Return the sight of a team's file; files from before there were several say nothing."""
+    """Return the sight that a team's file names. Files from before there were several sights name none."""
     if "observation" in header:
         own: AnySight = sight_class(str(header["observation"]))()
         return own

@@ -2,7 +2,7 @@
 
 The game is from Lowe et al., Multi-agent actor-critic for mixed cooperative-competitive environments, NeurIPS 2017. The
 environment is that of ``mpe2``; :class:`ManyTag` adds what :class:`esp_trainer.game.ManyEpisodes` asks for. Its
-arithmetic follows ``mpe2`` operation by operation, because a sum in another order would be another number.
+arithmetic follows ``mpe2`` operation by operation, because floating-point sums depend on their order.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class ManyTag:
         return self._seen(), self._rewards(), np.full(self._at.shape[1], self._steps >= self._max_cycles)
 
     def _forces(self, actions: Mapping[str, Actions]) -> list[np.ndarray]:
-        """Return the force on each mover: its own, and those of all that it touches."""
+        """Return the force on each mover: its own, and the pushes of all entities that it touches."""
         forces = [_MOVES[actions[name]] * self._accelerations[i] for i, name in enumerate(self._names)]
         for a in range(self._n_movers):
             for b in range(a + 1, len(self._radii)):
@@ -90,7 +90,11 @@ class ManyTag:
         return forces
 
     def _seen(self) -> dict[str, Observation]:
-        """Return what each sees: itself, the obstacles and the others from itself, and the other agents' speeds."""
+        """Return each mover's observation.
+
+        It holds the mover's own speed and place, the offsets of obstacles and other movers, and the speeds of the other
+        agents.
+        """
         movers, obstacles = range(self._n_movers), range(self._n_movers, len(self._radii))
         seen = {}
         for i, name in enumerate(self._names):
@@ -101,7 +105,10 @@ class ManyTag:
         return seen
 
     def _rewards(self) -> dict[str, np.ndarray]:
-        """Return the rewards: 10 to all adversaries for each touch, and -10 and a penalty far outside to the agent."""
+        """Return the rewards.
+
+        Each touch pays 10 to all adversaries and -10 to the agent. An agent also pays for a coordinate beyond 0.9.
+        """
         rewards, touches = {}, np.zeros(self._at.shape[1])
         for agent in range(self._n_adversaries, self._n_movers):
             own = np.zeros(self._at.shape[1])

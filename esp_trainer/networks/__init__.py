@@ -1,4 +1,4 @@
-"""Kinds of network that a controller is made of: a compiled rule and a number of genes each."""
+"""Kinds of network that a controller is made of, each with a compiled rule and a number of genes."""
 
 from esp_trainer.networks.activations import logistic, weighted_sum
 from esp_trainer.networks.protocol import Network, respond

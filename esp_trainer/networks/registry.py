@@ -23,7 +23,7 @@ _FIELDS = ("n_hidden", "n_genes", "n_memory", "blank")
 def network_class(name: str) -> type[Any]:
     """Return the class of a kind of network by its name in :data:`NETWORKS`, or as ``module:Class``.
 
-    Raises :class:`ValueError`, in one line, if there is none, or if it does not follow the protocol
+    Raises :class:`ValueError`, in one line, if there is no such class or it does not follow the protocol
     :class:`~esp_trainer.networks.protocol.Network`.
     """
     found = find_class("network", name, NETWORKS)
@@ -32,7 +32,7 @@ def network_class(name: str) -> type[Any]:
 
 
 def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
-    """Return a network of a kind; the length of its gene strings is not known yet, and 0."""
+    """Return a network of a kind. Its ``n_genes`` is 0, as the length of its gene strings is not known yet."""
     kind = network_class(name)
     try:
         n_memory, n_genes = kind.memory(n_hidden), kind.genes(2, n_actions, n_hidden)
@@ -45,7 +45,7 @@ def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
 
 
 def check_network(name: str, network: Any, n_inputs: int, n_together: int) -> None:
-    """Raise :class:`ValueError`, in one line, unless a network does what it says.
+    """Raise :class:`ValueError`, in one line, unless a network's rule agrees with its declared sizes.
 
     Args:
         name: Name of its kind.
@@ -61,7 +61,7 @@ def check_network(name: str, network: Any, n_inputs: int, n_together: int) -> No
 
 
 def _check_rule(name: str, network: Any, n_inputs: int, n_outputs: int) -> None:
-    """Try the rule of a network, twice, and raise :class:`ValueError` unless it keeps to its rows and its outputs."""
+    """Try the rule of a network, twice, and raise :class:`ValueError` unless it stays within its rows and outputs."""
     number = np.random.default_rng(0)
     weights, inputs = (Rows(lambda _: np.float32(number.normal())) for _ in range(2))
     memory, called = Rows(lambda _: np.int32(0)), f"the rule of network {name}"

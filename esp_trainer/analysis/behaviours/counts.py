@@ -55,7 +55,7 @@ def is_alone(name: str) -> bool:
 def count_behaviours(
     paths: Paths, generator: np.random.Generator, thresholds: Thresholds | None = None, pairings: int = 1
 ) -> dict[str, BehaviourRate]:
-    """Return the rate of every behaviour in the registry, and ``"specialisation"`` of predators in roles.
+    """Return the rate of every behaviour in the registry, and of ``"specialisation"``, that of predators in roles.
 
     Args:
         paths: Paths of episodes of the same two teams.

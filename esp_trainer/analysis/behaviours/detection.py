@@ -50,7 +50,7 @@ def detect(episodes: Episodes, x: Thresholds, seen: Seen) -> None:
     """Mark roles in episodes, and the rows at which each behaviour is seen.
 
     Args:
-        episodes: Episodes in which nobody has a role yet.
+        episodes: Episodes in which no roles are marked yet.
         x: Thresholds of the definitions.
         seen: Array of each behaviour, all false.
     """
@@ -73,7 +73,7 @@ def detect(episodes: Episodes, x: Thresholds, seen: Seen) -> None:
 
 
 def detected(paths: Paths, thresholds: Thresholds) -> Detected:
-    """Return the roles and behaviours in episodes; they are kept with the paths, for callers ask one by one."""
+    """Return the roles and behaviours in episodes. They are cached in the paths, as callers ask for one at a time."""
     found = paths.detected.get(thresholds)
     if found is None:
         attacks, blocks = np.zeros((2, *paths.distances.shape), bool)

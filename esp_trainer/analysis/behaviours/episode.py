@@ -1,8 +1,8 @@
-"""An episode as the detectors read it, and what they ask of it at a row.
+"""An episode as the detectors read it, and the functions with which they query it at a row.
 
-Detectors are rules (see :mod:`predprey_env.jit.compilation`) over one episode, so that the same statement is compiled
-for Python and translated to JavaScript for the page of a report. They compute with integers and 64-bit floats. Nothing
-checks a row: a detector asks :func:`reaches` or :func:`is_free_around` before it looks back or ahead.
+Detectors are rules (see :mod:`predprey_env.jit.compilation`) over one episode, so that the same code is compiled for
+Python and translated to JavaScript for the page of a report. They compute with integers and 64-bit floats. Functions do
+not check that a row exists: a detector asks :func:`reaches` or :func:`is_free_around` before it looks back or ahead.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def extent(episode: Episode, row: int, agent: int, rows: int) -> int:
 
 @rule
 def turned(episode: Episode, row: int, agent: int) -> bool:
-    """Return whether an agent's step to a row from 2 on differs from the step before."""
+    """Return whether an agent's step to a row, at least 2, differs from its step before."""
     one, other = way(episode, row - 2, row - 1, agent), way(episode, row - 1, row, agent)
     return one[0] != other[0] or one[1] != other[1]
 
@@ -201,7 +201,7 @@ def approached(episode: Episode, row: int, predator: int, prey: int, rows: int) 
 
 @rule
 def led_towards(episode: Episode, row: int, predator: int, prey: int) -> bool:
-    """Return whether a predator's step to a row from 1 on led towards the cell in which the prey was before it."""
+    """Return whether a predator's step to a row, at least 1, led towards the prey's cell before the step."""
     return dot(way(episode, row - 1, row, predator), offset(episode, row - 1, predator, prey)) < 0
 
 

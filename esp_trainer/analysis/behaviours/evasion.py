@@ -43,7 +43,7 @@ def circling(episode: Episode, row: int, x: Thresholds) -> bool:
     """
     for prey in range(episode.n_prey):
         if is_free(episode, row, prey):
-            # From 8, not 4: the smallest circle has four steps, and once round it may be chance.
+            # From 8, not 4: the smallest circle has four steps, and a prey may go round it once by chance.
             for length in range(8, x.circle + 1, 4):
                 if reaches(episode, row, length + 1, 0) and _goes_round(episode, row, prey, length):
                     for predator in range(episode.n_predators):
@@ -54,7 +54,7 @@ def circling(episode: Episode, row: int, x: Thresholds) -> bool:
 
 @rule
 def _goes_round(episode: Episode, row: int, prey: int, length: int) -> bool:
-    """Return whether a prey went round once in so many steps, and ends where it began."""
+    """Return whether a prey went round once in ``length`` steps, and ends where it began."""
     agent = episode.n_predators + prey
     moved = way(episode, row - length, row, agent)
     if manhattan(moved[0], moved[1]) > 2:

@@ -47,10 +47,10 @@ def ends_attack(episode: Episode, row: int, predator: int, prey: int, x: Thresho
     """Return whether a predator has attacked a prey up to a row.
 
     "The role of an attacker is to chase the prey" (VI.B); "The attackers actively pursue the prey" (VII). All of these
-    hold over ``chase`` steps, all of whose rows then count:
+    hold over ``chase`` steps; then the predator attacks at all rows of these steps:
 
     * All but ``slips`` of the predator's steps led towards where the prey was, the shortest way round.
-    * At the end the predator is at most ``near``.
+    * At the end the predator is at most ``near`` away.
     * The predator reacted to the prey: it turned, or was near all the time, or was in line with the prey (in its row or
       column) all the time. Without this, a straight run past a prey would count.
     """
@@ -74,8 +74,8 @@ def ends_attack(episode: Episode, row: int, predator: int, prey: int, x: Thresho
 def ends_block(episode: Episode, row: int, predator: int, prey: int, x: Thresholds) -> bool:
     """Return whether a predator has blocked a prey up to a row.
 
-    "the blocker moves in a localized area to obstruct the prey's path" (VI.B). All of these hold over ``post`` steps,
-    all of whose rows then count:
+    "the blocker moves in a localized area to obstruct the prey's path" (VI.B). All of these hold over ``post`` steps;
+    then the predator blocks at all rows of these steps:
 
     * The predator stayed in a box of side ``area``.
     * At the end the prey runs towards it: the prey's last ``run`` steps went in one direction, and the predator is at
@@ -152,7 +152,7 @@ def opposing_attack(episode: Episode, row: int, x: Thresholds) -> bool:
     """Detect two attackers that come at a prey from opposing sides.
 
     "Two of them now approach the prey from opposing directions (acting as attackers)" (VI.B). Both attack (see
-    :func:`ends_attack`) and are at most ``near``, and their directions from the prey are at least 135 degrees apart.
+    :func:`ends_attack`), are at most ``near`` away, and their directions from the prey are at least 135 degrees apart.
     """
     for prey in range(episode.n_prey):
         for one in range(episode.n_predators):

@@ -22,7 +22,7 @@ def encirclement(episode: Episode, row: int, x: Thresholds) -> bool:
     "they need to surround the prey from different sides so that they do not have anywhere to escape before they can
     catch them" (III). All of these hold:
 
-    * Three or more predators are at most ``near``.
+    * Three or more predators are at most ``near`` away.
     * Seen from the prey, every gap between these predators is narrower than 180 degrees. So the prey is inside their
       convex hull, as in most definitions of target enclosing.
     * Over ``wait`` steps, these predators came nearer by ``approach`` on average.
@@ -41,7 +41,7 @@ def encirclement(episode: Episode, row: int, x: Thresholds) -> bool:
 
 @rule
 def _is_enclosed(episode: Episode, row: int, prey: int, near: int) -> bool:
-    """Return whether to the left of every near predator, by less than 180 degrees, is another one."""
+    """Return whether every near predator has another near one to its left, by less than 180 degrees."""
     for predator in range(episode.n_predators):
         if distance_to_prey(episode, row, predator, prey) <= near:
             followed = False
