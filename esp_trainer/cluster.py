@@ -18,7 +18,7 @@ from esp_trainer.run.directory import versions
 from predprey_env.extras import extra
 
 RETRIES = 20
-"""Number of times that a task is retried after its worker died: a task that kills its workers must end some day."""
+"""Number of times that a task is retried after its worker died: a task that kills its workers must fail in the end."""
 _PATIENCE = 5.0  # seconds that a head node has to answer; Ray itself waits for two minutes
 
 
@@ -78,9 +78,9 @@ def cluster_cores() -> int:
 
 
 def share_value(value: Any) -> Any:
-    """Put a value where every node can read it.
+    """Put a value where every node can read it, and return a reference to it.
 
-    Return a reference. As an argument of :func:`submit` it becomes the value again.
+    A task that gets the reference as an argument of :func:`submit` receives the value.
     """
     import ray
 
@@ -111,7 +111,7 @@ def gather(tasks: Sequence[Any]) -> list[Any]:
 
 
 def ended(tasks: Sequence[Any], timeout: float) -> list[Any]:
-    """Return the tasks that have ended. Wait for the first of them up to ``timeout`` seconds."""
+    """Return the tasks that have ended. Wait up to ``timeout`` seconds for the first of them."""
     import ray
 
     if not tasks or not ray.wait(list(tasks), timeout=timeout)[0]:

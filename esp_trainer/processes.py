@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 TRIES = 3
-"""Number of lost processes after which what they worked on counts as failed."""
+"""Number of processes lost at a job after which the job counts as failed."""
 
 
 class WorkerProcess:

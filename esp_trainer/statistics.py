@@ -57,7 +57,7 @@ class Captures:
     """Fraction of episodes in which no prey was caught."""
     caught: Rate
     """Fraction of prey caught, over all episodes. The prey of one episode are not caught independently, so the interval
-    is that of as many trials as there are episodes. It is wide enough even if they always share their fate."""
+    counts each episode as one trial. It is wide enough even if they always share their fate."""
     caught_by_even: list[Rate | None]
     """Fraction of prey caught, by the number of predators that started at an even Manhattan distance from the prey, 0
     to all; None for a number that no prey had."""

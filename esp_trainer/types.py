@@ -73,7 +73,7 @@ class EvolvedTeams:
 
     @property
     def identity(self) -> bytes:
-        """The controller and the genes, which tell champions apart from others."""
+        """Bytes of the controller and the genes, which differ between champions."""
         return repr(self.controller).encode() + np.ascontiguousarray(self.genomes).tobytes()
 
     def part(self, trials: slice) -> EvolvedTeams:
@@ -133,7 +133,7 @@ class ScriptedTeams:
 
 
 def no_teams(controller: Controller | None, n_agents: int) -> TeamBatch:
-    """Return teams for no trial: of a controller, or a script."""
+    """Return teams for zero trials: networks of a controller, or the random script without one."""
     if controller is None:
         return ScriptedTeams("random")
     n_genomes, (n_networks, n_hidden, n_genes) = controller.n_genomes(n_agents), controller.shape
@@ -145,7 +145,7 @@ class Fixed(Protocol):
     """A player that can be given a side of a run without evolving."""
 
     def as_teams(self, n_trials: int) -> TeamBatch:
-        """Return it as the team of each trial of a batch; raise :class:`ValueError` if no evaluator can play it."""
+        """Return the player as the team of each trial; raise :class:`ValueError` if no evaluator can play it."""
         ...
 
 
@@ -155,19 +155,19 @@ class Contestant(Fixed, Protocol):
 
     @property
     def roles(self) -> tuple[Role, ...]:
-        """Roles that it can play."""
+        """Roles that the player can play."""
         ...
 
     def world(self) -> EnvConfig | None:
-        """Return the world that it is for; None if it does not say."""
+        """Return the world that the player is for; None if it names none."""
         ...
 
     def check_fits(self, role: Role, env: EnvConfig) -> None:
-        """Raise :class:`ValueError`, in one line, unless it can play a role in a world."""
+        """Raise :class:`ValueError`, in one line, unless the player can play a role in a world."""
         ...
 
     def policy(self, role: Role, env: EnvConfig) -> Policy:
-        """Return the policy with which it plays a role in a world."""
+        """Return the policy with which the player plays a role in a world."""
         ...
 
 
@@ -228,8 +228,9 @@ class TrialResult:
 def zero_sum_part(fitness: Fitness, n_predators: int) -> EpisodePayoffs:
     """Return the payoff of a game to the first team: half the difference of both teams' mean returns per agent.
 
-    In a zero-sum game that is the first team's mean return. Any other game is the sum of a zero-sum game, of which this
-    is the payoff, and of a game in which both teams are paid alike, which no contest between them can show.
+    If the two mean returns add up to 0, the payoff is that of the first team. Any other game is the sum of such a
+    zero-sum game, of which this is the payoff, and of a game in which both teams are paid alike, which no contest
+    between them can show.
 
     Args:
         fitness: Return of each agent, predators first, ``(..., n_agents)``.

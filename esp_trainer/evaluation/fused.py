@@ -30,7 +30,7 @@ from predprey_env.config import EnvConfig
 from predprey_env.jit.lanes import LANES
 from predprey_env.policies.scripted import Script
 
-# A part copies its indices to int64: with subpopulations of 100, eight times their memory in the batch.
+# Limits memory: a part copies its indices to int64; with subpopulations of 100, eight times their size in the batch.
 _MOST_BLOCKS = 128
 _MOST_STEPS = 115_200  # per part, about 0.1 s: stopping a run waits for the parts in progress
 _PARTS_PER_THREAD = 2  # so that a thread with short episodes takes over parts from the others
@@ -56,7 +56,7 @@ class FusedEvaluator:
         return self.__dict__ | {"_pool": None}
 
     def compile(self, predators: Controller | None = None, prey: Controller | None = None) -> None:
-        """Load the kernel for two controllers, or scripts, from the cache, or compile it, which takes about 15 s.
+        """Load the kernel for two controllers, or scripts, from the cache; else compile it, which takes about 15 s.
 
         Raises :class:`ValueError`, in one line, if the rule of a network or sight of one's own does not compile.
         """

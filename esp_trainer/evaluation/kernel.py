@@ -64,7 +64,7 @@ class Memory(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """Arrays that the kernel writes: what :class:`esp_trainer.types.TrialResult` is made of, and the
+    """Arrays that the kernel writes: those of :class:`esp_trainer.types.TrialResult`, and the
     :class:`esp_trainer.types.Trace` of the first ``len(cells)`` trials.
     """
 
@@ -113,7 +113,7 @@ def entrants_read_team(entrants: Entrants) -> bool:
 
 @rule
 def entrants_sight(entrants: Entrants) -> AnySight:
-    """Return what the networks observe; a script's are nobody's, and observe what scripts do."""
+    """Return the sight of the networks. A script has unused networks with the sight that scripts have."""
     return entrants.networks.controller.sight
 
 

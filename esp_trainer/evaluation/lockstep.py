@@ -21,7 +21,7 @@ COPIES = 32
 MANY = 1024
 """Number of episodes that step side by side in arrays, at most."""
 MOST_STEPS = 100_000
-"""Longest episode, in steps: a game without an end would never be over."""
+"""Longest episode, in steps; a game that does not end within them raises an error."""
 
 
 Squads: TypeAlias = dict[Role, Squad]
@@ -50,7 +50,7 @@ def play_job(game: Game, job: Job, environment: Callable[[int], Environment], co
     Args:
         game: The game.
         job: The episodes.
-        environment: Function that returns the copy of the environment with a number, the same one each time.
+        environment: Function that returns the copy of the environment with an index, the same one each time.
         copies: Number of copies that step side by side, at most.
 
     Raises:
@@ -132,7 +132,7 @@ def _play_many(game: Game, job: Job, many: ManyEpisodes, part: slice) -> JobResu
 def _begin(
     game: Game, job: Job, sides: Sequence[Seats], env: Environment, copy: int, waiting: Iterator[tuple[int, ...]]
 ) -> tuple[int, ...] | None:
-    """Begin the next waiting episode in a copy, and return its place; None if none is waiting."""
+    """Begin the next waiting episode in a copy, and return its trial and episode; None if none is waiting."""
     for at in waiting:
         seed = int(job.seeds[at])
         with _naming(game, "reset", seed):

@@ -36,7 +36,7 @@ _CHECKED_EPISODES = 4
 class GameEvaluator:
     """Plays batches of another game. The results do not depend on the number of processes.
 
-    An agent's fitness is its undiscounted return, and nobody counts as captured.
+    An agent's fitness is its undiscounted return, and no agent counts as captured.
 
     Args:
         config: The game.
@@ -56,7 +56,8 @@ class GameEvaluator:
     def compile(self, predators: Controller | None = None, prey: Controller | None = None) -> None:
         """Load or compile the networks of two controllers, or scripts, and play an episode twice.
 
-        Raises :class:`GameError` unless the game is the same both times: results would depend on who plays what.
+        Raises :class:`GameError` unless both episodes are equal: otherwise results would depend on which process plays
+        which episode.
         """
         with in_one_line(self.config.environment, "in an episode of random actions"):
             check_repeats(self.config)
@@ -98,7 +99,7 @@ def _play(job: tuple[str, Job]) -> JobResult:
 
 @lru_cache(maxsize=2)
 def _copies(config: str) -> Callable[[int], Environment]:
-    """Return a function that returns the copy of an environment with a number. It is made when first asked for."""
+    """Return a function that maps an index to a copy of the environment, which is made when first needed."""
     read = GameConfig.model_validate_json(config)
     made: list[Environment] = []
 
@@ -113,7 +114,8 @@ def _copies(config: str) -> Callable[[int], Environment]:
 def check_repeats(config: GameConfig) -> None:
     """Raise :class:`GameError` unless an episode follows from its seed and the actions alone, in finite numbers.
 
-    It is played, with random actions, in a new environment, in one that has played another episode, and again.
+    The episode is played with random actions in a new environment, in one that has played another episode, and in the
+    first one again.
     """
     first, other = make_environment(config), make_environment(config)
     expected = _course(first, 1)
@@ -132,7 +134,7 @@ def check_repeats(config: GameConfig) -> None:
 
 
 def _check_many(config: GameConfig, env: Environment) -> None:
-    """Raise :class:`GameError` unless episodes side by side go as they do one at a time."""
+    """Raise :class:`GameError` unless episodes played side by side equal those played one at a time."""
     seeds = np.arange(1, 1 + _CHECKED_EPISODES)
     courses = [_course(env, seed) for seed in seeds.tolist()]
     generators = [np.random.default_rng(seed) for seed in seeds.tolist()]
@@ -157,7 +159,7 @@ def _check_many(config: GameConfig, env: Environment) -> None:
 
 
 def _course(env: Environment, seed: int) -> list[dict[str, Any]]:
-    """Return all that is observed and paid in the first steps of an episode with random actions."""
+    """Return all observations and rewards in the first steps of an episode with random actions."""
     generator = np.random.default_rng(seed)
     observations, _ = env.reset(seed=seed)
     course: list[dict[str, Any]] = [{agent: np.asarray(seen).tolist() for agent, seen in observations.items()}]
@@ -172,7 +174,7 @@ def _course(env: Environment, seed: int) -> list[dict[str, Any]]:
 
 
 def _stepped(env: Environment, actions: dict[str, int]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-    """Return what a step observes and pays; raise :class:`GameError` unless it returns what PettingZoo asks for."""
+    """Return a step's observations and rewards; raise :class:`GameError` unless it returns what PettingZoo asks for."""
     told, step = env.step(actions), f"step() of {type(env).__name__}"
     if len(told) != 5:
         names = "observations, rewards, terminations, truncations and infos"

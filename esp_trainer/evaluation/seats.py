@@ -1,6 +1,6 @@
 """One team in many episodes of a game at once: what its agents see, remember and do.
 
-The networks of all episodes choose in one compiled call, by the same rule as everywhere.
+The networks of all episodes choose in one compiled call, by the same rule as in all other evaluators.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class Seats:
         return {name: self._actions[:, number].copy() for number, name in enumerate(self.names)}
 
     def leave(self, copy: int) -> None:
-        """Let nobody act in a copy."""
+        """Let no agent act in a copy."""
         self._acts[copy] = False
 
     def choose(self) -> None:

@@ -21,7 +21,7 @@ class ShardedEvaluator:
     """Plays batches on the Ray cluster that the process is connected to (:func:`esp_trainer.cluster.connected`).
 
     The results are those of :class:`~esp_trainer.evaluation.fused.FusedEvaluator`, byte for byte, for any number of
-    shards and workers, and whichever workers die. A batch that would not fill two shards is played on this machine.
+    shards and workers, even if workers die. A batch that would not fill two shards is played on this machine.
 
     Args:
         env: The world.

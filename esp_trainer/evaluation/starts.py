@@ -1,8 +1,8 @@
 """Starts of episodes, and the parities that decide many of them.
 
-On an even torus every step changes the Manhattan distance between a predator and a prey that both move by an even
-number, so a predator at an odd distance never lands on the prey unless it idles once. A comparison of teams must
-therefore count the predators that start at an even distance.
+On an even torus, a step in which a predator and a prey both move changes the Manhattan distance between them by an even
+number. So a predator at an odd distance never lands on the prey unless it idles. A comparison of teams must therefore
+count the predators that start at an even distance.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class CellStarts:
 
         On an even torus the agents' parities relative to the first prey run through all patterns in turn. With three
         predators, 0, 1, 2 and 3 of them are at an even distance from a prey in the proportions 1 : 3 : 3 : 1. On an odd
-        torus a way round changes the parity, so the starts are uniform.
+        torus a path round the torus changes the parity, so the starts are uniform.
         """
         config = self.config
         starts = draw_starts(generator, n_trials, config)

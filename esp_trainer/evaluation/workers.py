@@ -69,7 +69,7 @@ class Workers:
                     if isinstance(said, _Failed):
                         raise WorkError(said.why)
                     results[job] = said
-        except BaseException:  # Ctrl-C included: what the others are at is of no use any more
+        except BaseException:  # Ctrl-C included: the results of the other jobs are no longer needed
             self.close()
             raise
         return [results[job] for job in range(len(jobs))]
@@ -100,7 +100,7 @@ class _JobWorker(WorkerProcess):
 
     def do(self, number: int, jobs: Sequence[Any]) -> None:
         self.job = number
-        with suppress(OSError):  # that the process is dead shows when its answer is read
+        with suppress(OSError):  # map() finds a dead process when it reads its answer
             self.connection.send(jobs[number])
 
 

@@ -2,7 +2,7 @@
 
 A policy may treat agents differently, so equivalent states are not merged: states are ordered by their keys
 (:mod:`esp_trainer.exact.states`). First come those in which only the first prey is free, then those with only the
-second, then those with both, and so on, in the order of the bits of a number.
+second, then those with both, and so on, as binary numbers count up.
 """
 
 from __future__ import annotations
@@ -97,13 +97,13 @@ def _look(world: World, rules: Rules, sight: AnySight, first: int, rows: Any, ce
 def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _unseen) -> ActionProbabilities:
     """Return a policy's action probabilities in every state: float64 ``(n_states, n_agents, n_actions)``.
 
-    The array has probabilities for caught prey too; they mean nothing.
+    The array has probabilities for caught prey too, which have no meaning.
 
     A policy must always act the same in a position, or return its probabilities from a method ``chances(observations)
     -> {agent: chances}``, or from ``chances_batch`` for many positions, which maps float32 ``(n, n_agents, n_seen)`` to
     ``(n, n_agents, n_actions)``. If it has an attribute ``drawn`` that is false, it takes the most likely action
     although it has these methods. A policy that has memory or samples without returning probabilities, that raises, or
-    that returns anything else is a :class:`~esp_trainer.types.PolicyError`, in one line.
+    that returns anything else leads to a :class:`~esp_trainer.types.PolicyError`, in one line.
 
     Args:
         policy: Policy that follows the policy protocol.
@@ -126,7 +126,7 @@ def chances(policy: Any, role: Role, config: EnvConfig, progress: Progress = _un
 
 @singledispatch
 def ask_in(policy: Any, seen: Observation, role: Role, config: EnvConfig) -> ActionProbabilities:
-    """Return :func:`chances` only in the states in which the agents observe ``seen``, ``(n, n_agents, n_seen)``."""
+    """Return :func:`chances` for the states in which the agents observe ``seen``, ``(n, n_agents, n_seen)``."""
     n_actions = config.team(role).n_actions
     if callable(_attribute(policy, "chances_batch")) and _attribute(policy, "drawn", True):
         return _checked(_batch_chances(policy, seen, n_actions), seen, role)
@@ -144,7 +144,7 @@ def _attribute(policy: Any, name: str, default: Any = None) -> Any:
 
 
 def _call(policy: Any, method: str, *arguments: Any) -> Any:
-    """Call a method of the policy; :class:`PolicyError` from whatever it raises."""
+    """Call a method of the policy; convert any exception to a :class:`PolicyError`."""
     try:
         return _attribute(policy, method)(*arguments)
     except PolicyError:
@@ -275,7 +275,7 @@ def _(policy: ScriptedTeam, seen: Observation, role: Role, config: EnvConfig) ->
         return np.full(shape, 1 / script.n_actions)
     actions, memory = np.zeros(shape[:2], np.int64), np.zeros(MEMORY, np.int32)
     if not _script_actions(script, seen, actions, memory):
-        raise PolicyError(f"{policy.script} remembers, so that what it does does not follow from the position")
+        raise PolicyError(f"{policy.script} has memory, so that its actions do not follow from the position")
     return _certain(actions, script.n_actions)
 
 

@@ -127,15 +127,15 @@ def _strategies(work: Workspace, m: int, n: int) -> float:
     for i in range(k):
         for j in range(k):
             work.system[i, j] = work.payoffs[work.tight[j], work.support[i]] + 1.0
-    _solve_for_chances(work.system, k, work.tight, work.rows)
+    _solve_for_strategy(work.system, k, work.tight, work.rows)
     for i in range(k):
         for j in range(k):
             work.system[i, j] = work.payoffs[work.tight[i], work.support[j]] + 1.0
-    return 1.0 / _solve_for_chances(work.system, k, work.support, work.columns) - 1.0
+    return 1.0 / _solve_for_strategy(work.system, k, work.support, work.columns) - 1.0
 
 
 @rule
-def _solve_for_chances(system: Any, k: int, which: Any, chances: Any) -> float:
+def _solve_for_strategy(system: Any, k: int, which: Any, strategy: Any) -> float:
     """Solve ``k`` equations whose right sides are 1; write the solution divided by its sum, and return the sum."""
     for i in range(k):
         system[i, k] = 1.0
@@ -147,7 +147,7 @@ def _solve_for_chances(system: Any, k: int, which: Any, chances: Any) -> float:
     for i in range(k):
         positive += max(0.0, system[i, k])
     for i in range(k):
-        chances[which[i]] = max(0.0, system[i, k]) / positive
+        strategy[which[i]] = max(0.0, system[i, k]) / positive
     return total
 
 

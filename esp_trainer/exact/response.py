@@ -56,7 +56,7 @@ def exploitability(chances: ActionProbabilities, role: Role, solution: Solution,
 def exploitability_of(policy: Any, role: Role, solution: Solution) -> Exploitability:
     """Compute the exploitability of a policy in the world and for the horizon of a solution.
 
-    The policy follows the policy protocol; :func:`esp_trainer.exact.chances.chances` says what it must be able to do.
+    The policy follows the policy protocol and the conditions of :func:`esp_trainer.exact.chances.chances`.
     """
     return exploitability(chances_of(policy, role, solution.config), role, solution, solution.horizon)
 
@@ -194,7 +194,7 @@ def best_answers(
 ) -> None:
     """Compute the values of a best response in the states from ``first`` on, and write them to ``now``.
 
-    Its joint action minimises the number of prey caught if the predators are fixed, and maximises it if the prey are.
+    The response minimises the number of prey caught if the predators are fixed, and maximises it if the prey are.
     """
     n_predators, n_prey = game.n_predators, len(game.prey)
     first_fixed, first_answer = (0, n_predators) if predators_fixed else (n_predators, 0)
@@ -205,7 +205,7 @@ def best_answers(
         look_round(room.cells, moves.size, room.seen)
         room.totals[:] = 0.0
         for joint in range(len(room.fixed)):
-            weight = _chance(game, chances[state], predators_fixed, room.fixed[joint])
+            weight = _joint_probability(game, chances[state], predators_fixed, room.fixed[joint])
             if weight == 0.0:
                 continue
             assign(room.fixed[joint], room.actions, first_fixed)
@@ -221,11 +221,11 @@ def best_answers(
 
 
 @rule
-def _chance(game: Subgame, chances: Any, predators_fixed: bool, joint: Any) -> float:
+def _joint_probability(game: Subgame, chances: Any, predators_fixed: bool, joint: Any) -> float:
     """Return the probability of a joint action of the fixed side."""
-    chance = 1.0
+    probability = 1.0
     for i in range(len(joint)):
-        chance *= chances[i if predators_fixed else game.prey[i], joint[i]]
-        if chance == 0.0:
+        probability *= chances[i if predators_fixed else game.prey[i], joint[i]]
+        if probability == 0.0:
             break
-    return chance
+    return probability

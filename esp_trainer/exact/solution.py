@@ -33,8 +33,8 @@ _COUNTABLE = 10**18  # number of bytes above which an error says only "more than
 class Solution:
     """The game of a world, solved for every number of steps left.
 
-    The predators win the number of prey that they catch in time, and choose jointly. The prey lose the same number, and
-    choose jointly too.
+    The payoff of the predators is the number of prey that they catch in time; the prey lose the same number. Each team
+    chooses its actions jointly.
     """
 
     config: EnvConfig
@@ -181,7 +181,7 @@ def solve(
                 done += part
                 watch(done / (len(states.cells) * (len(values) - 1)))
             if np.isnan(now).any():
-                raise ArithmeticError(f"no equilibrium was found of {np.isnan(now).sum()} positions")
+                raise ArithmeticError(f"no equilibrium was found for {np.isnan(now).sum()} positions")
     return Solution(config, states, turns, values)
 
 

@@ -72,7 +72,7 @@ def _moves_of(config: EnvConfig, turn: int) -> Moves:
     moves = Moves(config.size, np.zeros(hunt, np.int32), np.zeros(hunt, np.bool_), np.zeros(flight, np.int32))
     world = World(np.zeros(2, np.int32), np.zeros(2, np.int32), np.ones(2, np.int32))
     actions, nobody = np.zeros(2, np.int32), np.zeros(flight, np.bool_)
-    # Agents do not block each other, so two at a time tell the moves of all.
+    # Agents do not block each other, so the moves of two at a time give those of all.
     _fill_moves(moves.cell, moves.caught, turn, rules._replace(n_predators=1, n_prey=1), world, actions)
     _fill_moves(moves.apart, nobody, turn, rules._replace(n_predators=0, n_prey=2), world, actions)
     return moves
@@ -125,7 +125,7 @@ def states_of(size: int, n_predators: int, n_prey: int = 1) -> States:
 
 
 def _orders(n_predators: int, n_prey: int) -> np.ndarray:
-    """Return the orders in which agents are interchangeable, int32 ``(n_orders, n_agents)``."""
+    """Return all orders of the predators and of the prey, int32 ``(n_orders, n_agents)``."""
     predators, prey = range(n_predators), range(n_predators, n_predators + n_prey)
     return np.array([a + b for a, b in product(permutations(predators), permutations(prey))], np.int32)
 

@@ -61,8 +61,9 @@ class OptimalTeam:
         self._steps_left = self.n_steps
 
     def act(self, observations: Observations) -> dict[str, int]:
-        """Return an action for each agent of the team, from the offsets that they see; a caught prey's action means
-        nothing.
+        """Return an action for each agent of the team, from the offsets that they see.
+
+        The action of a caught prey has no effect.
         """
         others = PREFIXES[other_team(self.role)]
         names = {agent_number(agent): agent for agent in observations if not agent.startswith(others)}
@@ -74,7 +75,7 @@ class OptimalTeam:
         if prey:
             room, (rows, columns) = self._rooms[len(prey) - 1], self.strategies(cells, steps_left)
             hunting = self.role == "predators"
-            joint = room.joints[self._draw(rows)] if hunting else room.flights[self._draw(columns)]
+            joint = room.joints[self._sample(rows)] if hunting else room.flights[self._sample(columns)]
             actions |= dict(zip(range(len(joint)) if hunting else prey, joint.tolist(), strict=True))
         return {names[number]: action for number, action in actions.items()}
 
@@ -111,9 +112,9 @@ class OptimalTeam:
         x, y = np.array([*predators, *prey], np.int64).reshape(-1, 2).T % config.size
         return x * config.size + y, free
 
-    def _draw(self, chances: MixedStrategy) -> int:
+    def _sample(self, probabilities: MixedStrategy) -> int:
         """Sample an index with the given probabilities."""
-        bounds = np.cumsum(chances)
+        bounds = np.cumsum(probabilities)
         return int(np.searchsorted(bounds, self._generator.random() * bounds[-1], side="right"))
 
 
@@ -153,5 +154,5 @@ class OptimalPlay:
         return OptimalTeam(role, self.solution, env.max_cycles)
 
     def as_teams(self, n_trials: int) -> NoReturn:  # noqa: ARG002
-        """Raise :class:`ValueError`: no evaluator plays it in compiled code."""
+        """Raise :class:`ValueError`: no evaluator plays optimal play in compiled code."""
         raise ValueError("optimal play is not evaluated but solved: esp-trainer solve says its value")

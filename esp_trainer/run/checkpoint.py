@@ -1,4 +1,4 @@
-"""Checkpoints: the state that the next generation follows from, in one file."""
+"""Checkpoints: the state that the next generation depends on, in one file."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def save_checkpoint(path: Path, config: RunConfig, sides: dict[Role, Side], gene
 
 
 def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -> tuple[dict[Role, Side], int]:
-    """Return both sides, and the number of generations that they have behind them.
+    """Return both sides, and the number of generations that they have completed.
 
     Only a run that is resumed needs its league. Without it the halls of fame hold the run's own champions alone.
     """
@@ -67,7 +67,7 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
     with _usable(path):
         for role, side in sides.items():
             if isinstance(side, EvolvingSide):
-                # Before the algorithm, as its error names a network whose genes are others now.
+                # Before the algorithm: if a network has other genes now, the error here names the network.
                 fame = _hall_of_fame(side.hall_of_fame, role, config, arrays, generations)
                 _restore_algorithm(side.algorithm, role, arrays)
                 best = progress[role]["best"]
@@ -77,9 +77,9 @@ def load_checkpoint(path: Path, config: RunConfig, league: League = NO_LEAGUE) -
 
 
 def load_champions(path: Path, config: RunConfig) -> tuple[dict[Role, TeamGenomes], int]:
-    """Return the champions in the hall of fame of each side that evolves, and the number of generations behind them.
+    """Return the champions in the hall of fame of each evolving side, and the number of completed generations.
 
-    The algorithms are not restored: one that was told all again would take seconds.
+    The algorithms are not restored, because an optimiser whose calls are repeated would take seconds.
     """
     with _usable(path):
         header, arrays = _read(path, config)
@@ -92,7 +92,7 @@ def load_champions(path: Path, config: RunConfig) -> tuple[dict[Role, TeamGenome
 
 
 def generations_in(path: Path, config: RunConfig) -> int:
-    """Return the number of generations behind a checkpoint; 0 if there is no checkpoint."""
+    """Return the number of generations that a checkpoint has completed; 0 if there is no checkpoint."""
     if not path.exists():
         return 0
     with _usable(path):
@@ -129,7 +129,7 @@ def check_algorithms(path: Path, config: RunConfig) -> None:
 
 
 def follow_from(config: RunConfig, sides: dict[Role, Side]) -> bool:
-    """Return whether the config alone determines who breeds or plays the sides."""
+    """Return whether the sides have the algorithms and scripts that the config names."""
     return all(_algorithm(side) == _configured(config, role) for role, side in sides.items())
 
 
@@ -158,7 +158,7 @@ def _hall_of_fame(
         fame, met = fame[kept], met[kept]
     networks = f"{role}.hall_of_fame of {side_config(config, role).network} networks"
     _check(networks, fame, (len(kept), *empty.champions.shape[1:]))
-    guests = empty.guests  # of the league; with exploiters, the checkpoint has all
+    guests = empty.guests  # those of the league; with exploiters, the checkpoint holds all guests
     if config.esp.exploiters_every:
         guests = arrays[f"{role}.guests"]
         _check(f"{role}.guests", guests, (len(guests), *empty.champions.shape[1:]))

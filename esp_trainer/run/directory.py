@@ -5,7 +5,7 @@
 | ``config.json``                     | the config, and the versions that wrote it                               |
 | ``metrics.jsonl``                   | a line for each generation, the same after any interruption              |
 | ``timing.jsonl``                    | wall seconds of each generation, by phase                                |
-| ``checkpoint.safetensors``          | the state that the next generation follows from                          |
+| ``checkpoint.safetensors``          | the state that the next generation depends on                            |
 | ``league.safetensors``              | champions of other runs in the opponent pools, if there are any          |
 | ``champions/predators-00041.safetensors`` | each generation's champion of each side; see ``esp.hof_size`` |
 | ``genealogy/predators.bin``         | the parents of every neuron of each side, if ``genealogy`` is set        |

@@ -34,7 +34,7 @@ class Layout:
     n_elite: int
     """Number of neurons of a subpopulation that breed."""
     hof_mates: int
-    """Number of pairs, the last, that may have a past champion as mate."""
+    """Number of pairs, the last ones, that may have a past champion as mate."""
 
     @classmethod
     def of(cls, config: RunConfig, role: Role) -> Layout:
@@ -134,7 +134,7 @@ def rewind(directory: RunDirectory, config: RunConfig, generations: int) -> None
 
 
 def read_genealogy(file: Path) -> tuple[Layout, np.ndarray]:
-    """Return the layout and the records of a side's genealogy, ``(n_generations,)``, without one that was cut off.
+    """Return the layout and the records of a side's genealogy, ``(n_generations,)``, without a record that was cut off.
 
     Raises:
         FileNotFoundError: There is no such file.

@@ -23,7 +23,7 @@ _MOMENT = 0.02  # seconds between two attempts
 class Lock:
     """A lock that keeps other processes and trainers that ask for it out of a directory.
 
-    Systems and file systems that cannot lock let everybody in.
+    On systems and file systems without locks, everybody gets the lock.
 
     Raises :class:`BlockingIOError` if another holder has the lock.
     """

@@ -13,7 +13,7 @@ from predprey_env.extras import extra
 
 
 class TensorBoardLog:
-    """An event file in a directory. A resumed run adds another file; generations in both have the same numbers in both.
+    """An event file in a directory. A resumed run adds another file; generations in both files have equal values.
 
     TensorBoard's own writer is not used: it keeps two minutes of events in memory, which a killed run would lose, and
     writes them in a thread whose errors are never raised.

@@ -111,7 +111,7 @@ def _serve(connection: Connection) -> None:
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         stopping.set()
-        if not trainers:  # no run has begun that could be lost
+        if not trainers:  # no run has begun, so nothing is lost
             os._exit(0)
         trainers[-1].stop()
 

@@ -31,7 +31,7 @@ from esp_trainer.presets import preset
 from predprey_env.settings import flat, unknown_field
 
 _MOST = 100_000
-_LONGEST_NAME = 255 - len("traceback-.txt")  # file systems allow 255; the longest name made from a run's
+_LONGEST_NAME = 255 - len("traceback-.txt")  # file systems allow 255; the traceback has the longest name
 _NO_NAME = r'[<>:"/\\|?*\x00-\x1f]'  # characters that a directory cannot have in its name on every system
 _ENTRIES = ["preset", "seeds", "fields", "conditions"]
 

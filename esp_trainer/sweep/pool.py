@@ -27,7 +27,7 @@ class Pool(Protocol):
     """Carries out runs, as many at a time as it has workers."""
 
     def outcomes(self, timeout: float) -> list[Outcome]:
-        """Return the runs that have ended since the last call. Wait for the first of them up to ``timeout`` seconds."""
+        """Return the runs that have ended since the last call. Wait up to ``timeout`` seconds for the first of them."""
         ...
 
     def stop(self) -> None:

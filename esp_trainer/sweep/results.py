@@ -16,7 +16,7 @@ from esp_trainer.run.directory import RunDirectory, records, whole_lines
 from esp_trainer.sweep.plan import PlannedRun
 
 RECENT = 20
-"""Number of generations, a run's last ones, that its figures are means of."""
+"""Number of last generations over which the figures of a run are averaged."""
 FIGURES = ("caught", "predators_succeed", "prey_succeed")
 """Results of champion against champion, from held-out starts."""
 PAYOFF_FIGURES = ("payoff",)
@@ -43,8 +43,9 @@ class RunResult:
 
 
 def is_whole(path: Path, run: PlannedRun) -> bool:
-    """Return whether there is nothing left to do for a run. False for a damaged or another run, which its worker
-    refuses.
+    """Return whether a run is complete.
+
+    A damaged run, or another run in its directory, counts as incomplete; the worker that gets it refuses it.
     """
     directory, config = RunDirectory(path), run.config
     try:

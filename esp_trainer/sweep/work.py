@@ -19,7 +19,7 @@ from esp_trainer.types import Evaluator
 def carry_out(path: Path, config: RunConfig, started: Callable[[Trainer], object] = lambda _: None) -> str | None:
     """Carry out a run on one thread. ``started`` receives its trainer, and can stop it.
 
-    Returns None, or why the run failed in one line. A failure that nobody foresaw leaves its traceback beside the run.
+    Return None, or why the run failed, in one line. An unexpected exception leaves its traceback beside the run.
     """
     try:
         trainer = _trainer(path, config)

@@ -22,8 +22,8 @@ PLACE = Path(__file__).parent / "zoo"
 HELD_OUT_PREFIX = "held-out/"
 """Prefix of the names of teams that are for reporting only."""
 FIRST_ZOO = ("paper", "modern", "drawn")
-"""Presets, without the task, of the first zoo. Its held-out teams are a panel of their own, so that older figures can
-be compared with."""
+"""Presets, without the task, of the first zoo. Its held-out teams are a panel of their own, so that results can be
+compared with older ones."""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def test_a_policy_of_ones_own_is_measured(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run_straight", "--role", "prey"], "run_straight remembers, so that what it does does not follow from"),
+        (["run_straight", "--role", "prey"], "run_straight has memory, so that its actions do not follow from"),
         (["greedy_chase", "--role", "predators", "--size", "60"], "not enough memory: "),
         (["greedy_chase", "--role", "prey"], "expected prey, got greedy_chase, a script of predators"),
         (["greedy_chase", "--role", "predators", "--size", "2"], "size must be at least 3, got 2"),
