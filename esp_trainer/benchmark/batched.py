@@ -15,7 +15,7 @@ from predprey_env.settings import brief
 
 
 class BatchedPolicy(ABC):
-    """A policy without memory that plays every agent of its team alike.
+    """A policy without memory that treats all agents of its team alike.
 
     Implements the policy protocol, with ``act_batch`` for vector environments. A subclass implements :meth:`choose`,
     which returns an action for each row of observations.
@@ -109,9 +109,9 @@ class TorchPolicy(WeighingPolicy):
     """A PyTorch module.
 
     Args:
-        module: Module that maps observations float32 ``(n, n_seen)`` to logarithms of probabilities ``(n, n_actions)``,
-            up to a constant, or to actions, int ``(n,)``; or a TensorDict module, such as TorchRL's actors, that reads
-            ``"observation"`` and writes ``"action"``.
+        module: Module that maps observations float32 ``(n, n_seen)`` to logits ``(n, n_actions)`` or to actions, int
+            ``(n,)``; or a TensorDict module, such as TorchRL's actors, that reads ``"observation"`` and writes
+            ``"action"``.
         shape: Shape of the team.
         drawn: True to sample actions from the probabilities; False to take the most likely ones.
     """
@@ -129,7 +129,7 @@ class TorchPolicy(WeighingPolicy):
             torch.manual_seed(seed)
 
     def choose(self, rows: Observation) -> Actions:
-        """Return the module's actions. :class:`ValueError` for an output that is neither preferences nor actions."""
+        """Return the module's actions. Raises :class:`ValueError` unless its output is logits or actions."""
         import torch
 
         found = self._ask(rows)
@@ -139,14 +139,14 @@ class TorchPolicy(WeighingPolicy):
         return chosen.numpy()
 
     def weigh(self, rows: Observation) -> ActionProbabilities:
-        """Return the probabilities that the module's preferences give."""
+        """Return the softmax of the module's logits."""
         found = self._ask(rows)
         if found.ndim == 1:
             raise PolicyError("the module does not give the probabilities of its actions: it returns actions")
         return found.softmax(1).numpy()
 
     def _ask(self, rows: Observation) -> Any:
-        """Return the module's output, checked: preferences, or actions."""
+        """Return the module's output, checked: logits, or actions."""
         import torch
 
         with torch.no_grad():
@@ -154,7 +154,7 @@ class TorchPolicy(WeighingPolicy):
         if found.ndim == 1 and not found.is_floating_point():
             return found
         if tuple(found.shape) != (len(rows), self._n_actions):
-            expected = f"({len(rows)}, {self._n_actions}) preferences or ({len(rows)},) integer actions"
+            expected = f"({len(rows)}, {self._n_actions}) logits or ({len(rows)},) integer actions"
             raise ValueError(f"the module must return {expected}, got {found.dtype} of shape {tuple(found.shape)}")
         if found.isnan().any():
             raise ValueError("the module must return numbers, got NaN")

@@ -21,7 +21,7 @@ from predprey_env.config import EnvConfig
 from predprey_env.policies import SCRIPTS
 
 PARTS = ("held out", "older held out", "zoo", "scripts")
-"""Parts of the gauntlet: teams for reporting only, of the race presets and of the first zoo, teams that anyone may
+"""Parts of the gauntlet: held-out teams of the race presets, held-out teams of the first zoo, teams that anyone may
 train against, and scripts."""
 
 
@@ -34,7 +34,7 @@ class OpponentResult:
     """Name in :data:`PARTS`."""
     caught: Rate
     """Fraction of prey caught, whichever side is measured. The prey of one episode partly share their fate, so the
-    interval is that of as many trials as there are episodes."""
+    interval counts each episode as one trial."""
     fitness: float
     """Fitness of the candidate, mean over its agents and the episodes."""
     all_caught_after: float | None
@@ -79,7 +79,7 @@ class Gauntlet:
         self._arena = Arena(env, n_episodes, seed)
 
     def play(self, candidate: Challenger) -> Iterator[OpponentResult]:
-        """Yield the row of each opponent in turn. :class:`~esp_trainer.types.PolicyError` if the candidate fails."""
+        """Yield the row of each opponent. Raises :class:`~esp_trainer.types.PolicyError` if the candidate fails."""
         for name in self.opponents:
             yield self._row(name, self._arena.meet(candidate, self.role, _opponent(name, other_team(self.role))))
 

@@ -28,7 +28,7 @@ _BEST: dict[Role, str] = {
     "prey": "the best prey escape {} of the time from held-out predators",
 }
 _BAR = r"\|"
-"""Markdown of a bar that is no border of a cell."""
+"""Markdown of a bar inside a cell."""
 _HEAD = (
     "| name | held out | worst tenth | older | zoo | scripts | rating | gain | exploited | policy | zoo | version "
     "| command |\n"
@@ -37,9 +37,9 @@ _HEAD = (
 
 
 def append(path: Path, result: BenchmarkResult) -> None:
-    """Put a result in its place in a leaderboard. It replaces one of the same policy, zoo, version and command.
+    """Insert a result into a leaderboard by rank. It replaces a result of the same policy, zoo, version and command.
 
-    Raises :class:`ValueError` if the result is not complete, or if the file holds anything that is not a leaderboard's.
+    Raises :class:`ValueError` if the result is not complete, or if the file holds anything but a leaderboard.
     """
     if result.standing is None:
         raise ValueError("only a candidate that met the whole gauntlet can be on a leaderboard")
@@ -57,7 +57,7 @@ def write_leaderboard(path: Path, tables: Mapping[str, Sequence[str]]) -> None:
 
 
 def _answer(tables: Mapping[str, Sequence[str]]) -> str:
-    """Return an item of a list for each task: how well its best predators and prey do, beside scripts."""
+    """Return a list item for each task: the scores of its best predators and prey, beside those of scripts."""
     clauses: dict[str, list[str]] = {}
     for title in sorted(tables):
         task, _, role = title.partition(", ")
@@ -67,7 +67,7 @@ def _answer(tables: Mapping[str, Sequence[str]]) -> str:
 
 
 def _clause(rows: Sequence[str], role: Role) -> str:
-    """Return how well the best policy of a side does, and the best script, or the best other policy beside a script."""
+    """Return the score of a side's best policy, and of the best script (or, if a script is best, of the best other)."""
     found = [(f"{float(cells[1]):.2f}", cells[-4].strip("`") in SCRIPTS[role]) for cells in map(_cells, rows)]
     best, scripted = found[0]
     other = next((score for score, is_script in found if is_script != scripted), None)
@@ -93,7 +93,7 @@ def read_leaderboard(path: Path) -> dict[str, list[str]]:
         lines = [line for line in body.splitlines() if line.strip()]
         head, rows = lines[:2], lines[2:]
         if lines and "\n".join(head) != _HEAD:
-            raise ValueError(f"{path} holds under {title} what is not a leaderboard's: {brief(lines[0])}")
+            raise ValueError(f"{path} holds under {title} a line that is not a leaderboard's: {brief(lines[0])}")
         for row in rows:
             if not _is_row(row):
                 raise ValueError(f"{path} holds a line that is not a leaderboard's row: {brief(row)}")

@@ -83,7 +83,7 @@ class Arena:
         team = self._begin(candidate, role)
         found = Meeting(np.zeros(n, np.int64), np.zeros(n), np.zeros(n, np.int64))
         playing = np.ones(n, np.bool_)
-        while playing.any():  # worlds that are over restart by themselves, and no longer count
+        while playing.any():  # worlds whose episode is over restart by themselves, and are ignored
             team.views[:] = views.reshape(team.views.shape)
             try:
                 actions = team.act(playing)

@@ -64,7 +64,7 @@ def benchmark_table(result: BenchmarkResult) -> str:
         if rows:
             heads = "".join(f"{head:>24}" if i == 0 else f"{head:>18}" for i, head in enumerate(_HEADS))
             lines += ["", f"{part:{width}}{heads}", *(_line(row, width) for row in rows)]
-    return "\n".join([*lines, "", *(_standing(result) if result.standing else ["it did not come through"])])
+    return "\n".join([*lines, "", *(_standing(result) if result.standing else ["the candidate did not finish"])])
 
 
 def _line(row: OpponentResult, width: int) -> str:

@@ -49,7 +49,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
         if figures:
             _draw(figures, names[i], history, own)
     if len(runs) == 1:
-        print("give runs of other seeds too, to measure progress against opponents that nobody here trained on")
+        print("give runs of other seeds too, to measure progress against opponents that none of these runs trained on")
     return 0
 
 
@@ -84,7 +84,7 @@ def _tell(run: Path, history: History, own: Played, met: dict[Role, list[PayoffM
         f"{game.support.predators} of the predators, {game.support.prey} of the prey"
     )
     worst = f"predators {exploit.predators[-1]:z.2f}, prey {exploit.prey[-1]:z.2f}"
-    print(f"  the last generation    loses of that, against its worst opponent of the run: {worst}")
+    print(f"  the last generation    exploitability by its worst opponent of the run: {worst}")
     curve = history.payoff
     if len(curve) >= 2 * phases.MIN_LENGTH:
         found = phases.phases(curve)

@@ -45,8 +45,10 @@ def behaviours(runs: list[Path], generations: int, episodes: int, table: Path | 
         cells = "".join(f"{_cell(excess[:, column]):>8}" for column in columns)
         print(f"{name:22}{cells}")
     if np.isnan(rates[:, :, columns, 2]).all(axis=0).any():
-        print("- is not known: no episode can show it, or they are too few to estimate the rate by chance")
-    print("idling and parity idle are plain rates: nothing in them is between predators and prey")
+        print(
+            "- is not known: no episode can show the behaviour, or too few can be used to estimate the rate by chance"
+        )
+    print("idling and parity idle are plain rates: they are behaviours of single agents, without a rate by chance")
     if len(runs) > 1:
         intervals = ", with half their 95% intervals behind ±" if len(runs) >= MIN_SEEDS else ""
         print(f"means of {len(runs)} runs{intervals}")

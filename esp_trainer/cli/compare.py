@@ -153,7 +153,7 @@ def _finished(runs: Sequence[Path]) -> tuple[list[RunSource], list[str]]:
         else:
             whole.append(source)
     if not whole:
-        raise ValueError(f"no run is whole: {notes[0].removeprefix('Left out: ').rstrip('.')}")
+        raise ValueError(f"no run is complete: {notes[0].removeprefix('Left out: ').rstrip('.')}")
     return whole, notes
 
 

@@ -59,7 +59,7 @@ def exploitability(spec: str, role: Role, config: EnvConfig, *, drawn: bool) -> 
         # Before the game is solved, which takes long, because this fails for policies that cannot be asked everywhere.
         fixed = chances(candidate.player, role, config, bar.update)
     solution = _solved(config)
-    with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="answering the policy") as bar:
+    with tqdm(total=horizon, unit="step", disable=not sys.stderr.isatty(), desc="best response") as bar:
         values = np.empty(0)
         for values in best_responses(fixed, role, config, horizon):  # noqa: B007 - only the last values are used
             bar.update()
@@ -89,7 +89,7 @@ def _solved(config: EnvConfig) -> Solution:
     with tqdm(
         total=100, disable=plain, desc="solving", bar_format="{desc} {percentage:3.0f}% |{bar}| {remaining}"
     ) as bar:
-        return solve_game(config, config.max_cycles, lambda share: bar.update(100 * share - bar.n))
+        return solve_game(config, config.max_cycles, lambda fraction: bar.update(100 * fraction - bar.n))
 
 
 def _words(config: EnvConfig) -> str:

@@ -28,7 +28,7 @@ def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     def number(text: str) -> int:
         try:
             value = int(text)
-        except ValueError:  # more digits than Python will read, too
+        except ValueError:  # also for more digits than Python reads
             value = least - 1
         if value < least:
             raise argparse.ArgumentTypeError(f"must be a whole number of at least {least}, got {text!r}")
@@ -70,7 +70,9 @@ def add_team(parser: argparse.ArgumentParser, more: str = "") -> None:
 def add_pair(parser: argparse.ArgumentParser, seed_of: str, more: str = "") -> None:
     """Add the options of commands in which two teams play."""
     add_team(parser, more)
-    parser.add_argument("--against", required=True, metavar="TEAM", help="likewise, or a script such as flee_nearest")
+    parser.add_argument(
+        "--against", required=True, metavar="TEAM", help="opponent: likewise, or a script such as flee_nearest"
+    )
     parser.add_argument("--seed", type=natural, default=0, metavar="N", help=f"seed of {seed_of}; by default 0")
 
 
@@ -101,7 +103,7 @@ def add_runs(
 
 def add_policy(parser: argparse.ArgumentParser) -> None:
     """Add the options of commands that measure a policy, apart from the policy itself."""
-    parser.add_argument("--role", required=True, choices=ROLES, help="side that it plays")
+    parser.add_argument("--role", required=True, choices=ROLES, help="side that the policy plays")
     parser.add_argument(
         "--drawn",
         action="store_true",

@@ -17,7 +17,7 @@ from predprey_env.extras import require_pygame
 from predprey_env.rendering import save_video
 from predprey_env.rendering.video import check_encoder
 
-_LAST_LOOK = 2  # seconds that the end of a video stays
+_LAST_LOOK = 2  # seconds that the last picture of a video stays
 
 
 def replay(
@@ -69,5 +69,5 @@ def _outcome(episode: Trajectory, steps: range) -> str:
     last = min(steps.stop - 1, int(episode.times[-1]))
     caught = int((episode.worlds[episode.times.index(last)].alive == 0).sum())
     seen = [name for name, rows in seen_in(episode).items() if rows[steps.start : last + 1].any()]
-    what = ", ".join(seen) or "no behaviour that is known"
+    what = ", ".join(seen) or "no known behaviour"
     return f"{caught} of {episode.env.n_prey} prey caught by step {last}; {what}"

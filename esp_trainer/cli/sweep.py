@@ -47,7 +47,7 @@ def sweep(file: Path, out: Path | None, workers: int | None, address: str | None
         todo = [run for run in plan if not is_whole(out / run.name, run)]
         say(
             f"{counted(len(plan), 'run')} in {out}"
-            + (f", {len(plan) - len(todo)} of them whole" if len(todo) < len(plan) else "")
+            + (f", {len(plan) - len(todo)} of them complete" if len(todo) < len(plan) else "")
         )
         failed, stopped_by = _do(todo, out, workers, address, quiet=quiet) if todo else ({}, 0)
         results = [result_of(out / run.name, run, failed.get(run.name)) for run in plan]

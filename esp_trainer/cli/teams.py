@@ -174,7 +174,7 @@ def _assumed_world(name: str, team: Team) -> EnvConfig:
 
 
 def _role(player: Contestant, others: Mapping[Role, Contestant]) -> Role:
-    """Return a role that a player can play, one that is not taken if there is one."""
+    """Return a role that a player can play; if possible, one that is not taken."""
     return next((role for role in player.roles if role not in others), player.roles[0])
 
 
@@ -190,7 +190,7 @@ def _load(name: str) -> Contestant:
 
 
 def _evolved(name: str, besides: Iterable[str] = ()) -> Team:
-    """Load a team of the zoo or of a file. The error suggests the nearest name, those in ``besides`` among them."""
+    """Load a team of the zoo or of a file. The error suggests the nearest known name, or one of ``besides``."""
     known = known_teams()
     if name in known and not Path(name).exists():
         return load_team(name)

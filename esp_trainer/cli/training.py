@@ -35,7 +35,7 @@ from predprey_env.settings import counted
 
 _BAR = "generation {n_fmt}/{total_fmt} {bar:6} {desc} | {rate_inv_fmt}, {remaining} left"  # fits in 80 columns
 _RECENT = 20  # number of generations in the closing summary, and in the check for disengagement
-_ALIKE = 0.95  # fraction of tied trials in these generations at which a side is warned of having lost its gradient
+_ALIKE = 0.95  # least fraction of tied trials in these generations that counts as a lost gradient
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,7 @@ class Players:
         if self.address and config.game.environment:
             raise ValueError(f"--address plays the predator-prey world alone, got {config.game.environment}")
         if self.address and episodes < 2 * LEAST_EPISODES:
-            say(
-                f"a generation of {counted(episodes, 'episode')} is played here: "
-                "shards of it would cost more than they bring"
-            )
+            say(f"a generation of {counted(episodes, 'episode')} is played here: on the cluster it would take longer")
         evaluator = ShardedEvaluator(config.env, threads=threads) if self.address else make_evaluator(config, threads)
         if not prepare:
             return evaluator
@@ -129,7 +126,7 @@ def _go_on(trainer: Trainer, following: Following) -> int:
     begun, now = trainer.directory.begun_with(), versions()
     for name in now:
         if begun.get(name, now[name]) != now[name]:
-            say(f"begun with {name} {begun[name]}, now {now[name]}: the generations to come may be others")
+            say(f"begun with {name} {begun[name]}, now {now[name]}: later generations may differ")
     say(f"going on with {directory} from generation {trainer.done}")
     return _run(trainer, following)
 

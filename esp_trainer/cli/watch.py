@@ -119,7 +119,7 @@ def _plain(directory: RunDirectory, config: RunConfig, keyboard: Keyboard) -> No
 
 
 def _deserted(run: Path) -> str:
-    return f"nobody on this machine is at work in {run}; go on with:\n  esp-trainer resume {quoted(run)}"
+    return f"no process on this machine works on {run}; go on with:\n  esp-trainer resume {quoted(run)}"
 
 
 def _how_to_stop(keyboard: Keyboard) -> str:

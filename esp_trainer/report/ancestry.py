@@ -14,7 +14,7 @@ from esp_trainer.types import Role
 from predprey_env.settings import counted
 
 FOUNDER_COLOURS = ("@0", "@1", "@2", "@3", "@4", "@5")
-"""Colours of the founders of a neuron that lead longest; all others have :data:`OTHERS`."""
+"""Colours of the founders that lead longest in a neuron; all others have :data:`OTHERS`."""
 OTHERS = "@line"
 COLUMNS = 300
 """Maximum number of generations that are drawn."""
@@ -63,7 +63,7 @@ def caption(leading: Leading) -> str:
 def colours(founders: NeuronIndices) -> np.ndarray:
     """Return the colour of the leading founder of each neuron in each generation: its rank from 1, or 0 for others.
 
-    In each neuron those founders have ranks that lead in the most generations; of equal ones, the first to lead.
+    In each neuron, founders are ranked by the number of generations in which they lead; ties go to the first to lead.
 
     Args:
         founders: Leading founders, int ``(T, S)``.

@@ -32,7 +32,7 @@ Figure: TypeAlias = dict[str, Any]
 pages that can play matches."""
 
 _FEW = 10
-"""Number of generations of which each has a tick on the axis."""
+"""Maximum number of generations at which each has its tick on the axis."""
 
 _DASHES = ("solid", "dash", "dashdot", "dot", "longdash", "longdashdot")
 _COLOURS: dict[Role, str] = {"predators": "@attacker", "prey": "@prey"}  # as in the figures of the documents
@@ -49,7 +49,7 @@ def charts(runs: Sequence[MeasuredRuns]) -> list[Figure]:
     ]
     shown = [figure for figure in found if figure["data"]]
     n = len(runs[0].source)
-    for figure in shown:  # all show the same generations, so that one can be compared with another
+    for figure in shown:  # all charts have the same range, so that they can be compared
         figure["layout"]["xaxis"]["range"] = [0, max(1, n - 1)]
         if n <= _FEW:
             figure["layout"]["xaxis"]["dtick"] = 1

@@ -28,7 +28,7 @@ _WINDOW = 15  # generations over which success is averaged, as on the page of a 
 _INCHES = 4.0  # width at which text of 9 points is readable on a phone, where a figure is 300 pixels wide
 _LEVEL = "Lines: mean over seeds, from three seeds on with its 95% interval. Dots: the last sixth of each seed."
 _PANELS = {
-    HELD_OUT: ("Level against held-out opponents", f"Opponents that nobody here trained on. {_LEVEL}"),
+    HELD_OUT: ("Level against held-out opponents", f"Opponents that none of these runs trained on. {_LEVEL}"),
     SCRIPTED: ("Level against scripts", f"All scripts of the other side. {_LEVEL}"),
 }
 _ABOUT_SUCCESS = (
@@ -64,7 +64,7 @@ def comparison_page(
 
     Args:
         title: Title of the page.
-        answer: What the comparison comes to, in a sentence.
+        answer: Conclusion of the comparison, in a sentence.
         conditions: Conditions in the order of their colours.
         tables: Tables to show below the figures.
         notes: Notes for the reader.

@@ -27,7 +27,7 @@ def from_past(runs: Sequence[MeasuredRuns]) -> dict[Role, CurvesOfRuns]:
 
 
 def skipped(runs: Sequence[MeasuredRuns]) -> dict[Role, CurvesOfRuns]:
-    """Return the fraction of its generations that a gene skipped as a past champion's; nothing if it skipped none."""
+    """Return the fraction of generations that a gene skipped in past champions; nothing if none was skipped."""
     return _if_any(_curves(runs, lambda each: each.skipped / np.maximum(1, np.arange(len(each)))))
 
 

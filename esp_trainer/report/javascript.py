@@ -25,9 +25,9 @@ def translate(*rules: Callable[..., Any], classes: Collection[type] = (), exact:
 
     Args:
         rules: Rules to translate.
-        classes: Classes of what is passed to generic functions such as ``choose``. Each becomes a function of its name,
-            which is the rule of the only class that it has a rule for, or calls that of the class that the first
-            argument names as its ``kind``.
+        classes: Classes of the first arguments of generic functions such as ``choose``. A generic function with a rule
+            for only one of these classes becomes that rule. With several rules, it calls the one of the class that its
+            first argument names as its ``kind``.
         exact: Package whose rules compute with JavaScript's own numbers, integers and 64-bit floats.
 
     Raises:

@@ -233,7 +233,7 @@ class Translation:
         return source_of(known).__name__
 
     def _constant(self, node: ast.expr) -> str | None:
-        """Return the number that an expression of literals and module constants evaluates to; None if it is another."""
+        """Return the value of an expression of literals and module constants; None for any other expression."""
         known: dict[str, Any] = {}
         for part in ast.walk(node):
             if isinstance(part, ast.Name):

@@ -71,7 +71,7 @@ def appeared(watched: Sequence[Watched], name: str) -> bool:
 class MeasuredRuns:
     """Measurements of a run.
 
-    Without champions, the measurements that need them are None. With a scripted side, the measures of progress are.
+    Without champions, the measurements that need them are None. With a scripted side, so are the measures of progress.
     """
 
     source: RunSource
@@ -86,7 +86,7 @@ class MeasuredRuns:
     alternation: Alternation | None = None
     """Alternation of success between the sides; None if the run is too short."""
     watched: Watched | None = None
-    """Behaviours; None in another game than the predator-prey world, which has none that are known."""
+    """Behaviours; None in another game than the predator-prey world, for which none are defined."""
 
     @property
     def captures(self) -> bool:

@@ -42,7 +42,7 @@ def recorded(runs: Sequence[MeasuredRuns], moments: Sequence[dict[str, Any]], st
 
     Returns:
         The ``runs`` with the generations to choose from, the ``starts``, the ``moments``, and the ``recorded`` matches
-        (see :func:`record_matches`), each with the number of its ``run``.
+        (see :func:`record_matches`), each with the index of its ``run``.
     """
     evaluator = FusedEvaluator(runs[0].source.config.env)
     size = _bytes_of_match(evaluator.env)

@@ -112,7 +112,7 @@ def read_source(path: Path) -> RunSource:
 
 
 def _check_networks(path: Path, config: RunConfig) -> None:
-    """Raise :class:`ValueError`, in one line, unless the networks of a run can be made. No champion plays without."""
+    """Raise :class:`ValueError`, in one line, unless the networks of a run, which its champions need, can be made."""
     try:
         for role in ROLES:
             if side_config(config, role).policy == "esp":
@@ -211,7 +211,7 @@ def _seconds(log: Path, n: int, missing: list[str]) -> dict[str, Curve]:
         if len(known) < n / 2:
             raise ValueError(f"{len(known)} of {n}")
         if len(known) < n:
-            missing.append(f"{log.name} lacks {n - len(known)} of {n} generations: they are drawn as their neighbours.")
+            missing.append(f"{log.name} lacks {n - len(known)} of {n} generations: they are interpolated.")
         phases = [name for name in lines[known[0]] if name != "generation"]
         every = np.arange(n)
         return {phase: np.interp(every, known, [lines[number][phase] for number in known]) for phase in phases}

@@ -28,8 +28,8 @@ FEWEST = 4
 """Minimum number of generations of a side in the cross-play, as the verdict compares those of its second half."""
 
 _RARE = (50, 20)
-"""A side has won if, up to the end, the opponents win fewer than 1 in n prey, for one of these n."""
-_LAST = 6  # it must hold for at least the last sixth of the run
+"""Values of ``n``: a side has won if, up to the end of the run, the opponents win fewer than 1 in ``n`` prey."""
+_LAST = 6  # the opponents must win so few for at least the last sixth of the run
 _WON: dict[Role, str] = {"predators": "escape", "prey": "are caught"}
 _FRACTIONS = (
     (0, 1),
@@ -108,9 +108,9 @@ def swings(run: MeasuredRuns) -> bool:
 def won(run: MeasuredRuns) -> tuple[Role, int, int] | None:
     """Return the side that won, since which generation, and the ``n`` of "fewer than 1 in n"; None if neither won.
 
-    Champions met contemporary champions. The fraction of prey that the loser's side of them wins, a running mean over
-    :data:`WINDOW` generations, stays below ``1 / n`` from that generation to the end. A run of fewer than
-    :data:`SHORTEST` generations has no winner.
+    From that generation to the end, the loser's result stays below ``1 / n``: the fraction of prey caught, or not
+    caught if the prey lose, champion against champion, as a running mean over :data:`WINDOW` generations. A run of
+    fewer than :data:`SHORTEST` generations has no winner.
     """
     caught = run.source.curves.get("caught", np.empty(0))
     if len(caught) < SHORTEST or np.isnan(caught).any():

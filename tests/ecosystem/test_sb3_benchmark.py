@@ -180,9 +180,7 @@ def test_weights_that_hide_code_are_not_run(place: Path) -> None:
 def test_a_module_with_other_outputs_is_told_so_when_it_plays(place: Path) -> None:
     torch.save(nn.Linear(4, 7).state_dict(), "wide.pt")
     wide = load_candidate("torch:nets:wide:wide.pt", "predators", ENV).player
-    expected = (
-        r"^the policy's act_batch\(\) raised ValueError: the module must return \(24, 5\) preferences or \(24,\) int"
-    )
+    expected = r"^the policy's act_batch\(\) raised ValueError: the module must return \(24, 5\) logits or \(24,\) int"
     with pytest.raises(PolicyError, match=expected):
         Arena(ENV, 8, 0).meet(wide, "predators", ScriptedTeams("random"))
 

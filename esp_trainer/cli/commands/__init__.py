@@ -1,7 +1,7 @@
-"""The commands of ``esp-trainer``, a module each: a summary, ``add_options(parser)`` and ``run(options)``.
+"""The commands of ``esp-trainer``. Each is a module with a summary, ``add_options(parser)`` and ``run(options)``.
 
-``run`` imports what the command needs, as modules of the analysis take a second to import and need the extra
-``analysis``.
+``run`` imports the modules that the command needs, because those of the analysis take a second to import and need the
+extra ``analysis``.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=natural, default=0, metavar="N", help="seed of the starts and of all samples; by default 0"
     )
-    parser.add_argument("--name", help="name in the tables; by default its SPEC")
+    parser.add_argument("--name", help="name of the policy in the tables; by default its SPEC")
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="directory for the results; by default benchmarks/NAME-ROLE-TASK"
     )

@@ -48,7 +48,7 @@ def test_prey_are_told_by_what_is_not_caught(result: Make):
 
 def test_one_that_did_not_come_through_says_so(result: Make):
     lines = benchmark_table(result(standing=None, rows=result().rows[:1])).splitlines()
-    assert lines[-1] == "it did not come through"
+    assert lines[-1] == "the candidate did not finish"
     assert not any("random" in line for line in lines)
 
 

@@ -186,7 +186,7 @@ def test_a_way_that_ends_early_is_kept_as_far_as_it_went(
     assert outcome.err.splitlines()[1:] == [f"2 of {total} opponents met; the table so far is in kept", line]
     told = json.loads(Path("kept/results.json").read_text())
     assert (told["complete"], len(told["rows"])) == (False, 2)
-    assert "it did not come through" in Path("kept/table.txt").read_text()
+    assert "the candidate did not finish" in Path("kept/table.txt").read_text()
 
 
 BAD = {

@@ -224,7 +224,7 @@ def test_runs_that_are_not_whole_are_left_out_with_a_note(esp_trainer: Callable[
     assert damaged.startswith(f"Left out: {both / 'past-0-1/config.json'} is damaged")
     assert unfinished == f"Left out: {both / 'past-0-0'} has {N} of its 20 generations."
     refusal = esp_trainer("compare", both / "past-0-0", *FEW).refusal
-    assert refusal == f"esp-trainer: no run is whole: {both / 'past-0-0'} has {N} of its 20 generations"
+    assert refusal == f"esp-trainer: no run is complete: {both / 'past-0-0'} has {N} of its 20 generations"
 
 
 def test_a_log_without_signal_is_compared_without(esp_trainer: Callable[..., Any], both: Path) -> None:

@@ -81,7 +81,10 @@ def test_several_runs_in_which_nothing_happens_have_a_page(esp_trainer: Callable
 
 def test_what_chance_does_in_too_few_episodes_is_not_known(esp_trainer: Callable[..., Any], place: Path) -> None:
     lines = esp_trainer("behaviours", place / "one generation", "--episodes", "1").out.splitlines()
-    assert "- is not known: no episode can show it, or they are too few to estimate the rate by chance" in lines
+    assert (
+        "- is not known: no episode can show the behaviour, or too few can be used to estimate the rate by chance"
+        in lines
+    )
     many = esp_trainer("behaviours", place / "one generation", "--episodes", "64").out
     assert ("- is not known" in many) == ("       -" in many)
     rows = {line[:22].strip(): line[22:].strip() for line in lines[2:-1]}

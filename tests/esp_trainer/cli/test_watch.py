@@ -111,7 +111,7 @@ def test_of_a_run_that_nobody_does_it_says_once_how_to_go_on_and_waits(
     outcome = esp_trainer("watch", unfinished)
     assert outcome.code == 0
     assert len(outcome.out.splitlines()) == 20
-    says = f"nobody on this machine is at work in {unfinished}; go on with:\n  esp-trainer resume '{unfinished}'\n"
+    says = f"no process on this machine works on {unfinished}; go on with:\n  esp-trainer resume '{unfinished}'\n"
     assert outcome.err == says
 
 
@@ -122,7 +122,7 @@ def test_of_a_run_that_somebody_does_it_says_nothing_until_they_stop(
     at_work.lock()
     changes = iter([lambda: False, at_work.unlock, at_work.lock, at_work.unlock, lambda: True])
     monkeypatch.setattr(Keyboard, "pressed", lambda *_: next(changes)() is True)
-    assert esp_trainer("watch", unfinished).err.count("nobody on this machine is at work") == 2
+    assert esp_trainer("watch", unfinished).err.count("no process on this machine works on") == 2
 
 
 def test_a_keyboard_reads_one_key_at_a_time_and_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -218,7 +218,7 @@ def test_it_goes_when_it_is_told_to_and_leaves_the_terminal_as_it_was(
     shown, process, keyboard = on_a_terminal([*COMMAND, "watch", str(unfinished)], lambda shown: "step 3/" in shown)
     assert "step 3/" in shown
     assert "q or Ctrl-C stops watching" in shown
-    assert "nobody on this machine is at work in" in shown
+    assert "no process on this machine works on" in shown
     if isinstance(stop, bytes):
         os.write(keyboard, stop)
     else:

@@ -181,9 +181,7 @@ def test_a_generation_without_its_timing_is_drawn_as_its_neighbours(run: Path) -
     lines = [{"generation": number, "trials": number**2, "files": 1} for number in range(GENERATIONS)]
     log.write_text("".join(json.dumps(line) + "\n" for line in (*lines[:3], *lines[4:-1])))
     source = read_source(run)
-    assert source.missing == (
-        f"timing.jsonl lacks 2 of {GENERATIONS} generations: they are drawn as their neighbours.",
-    )
+    assert source.missing == (f"timing.jsonl lacks 2 of {GENERATIONS} generations: they are interpolated.",)
     assert source.seconds["trials"].tolist() == [0, 1, 4, 10, *(n**2 for n in range(4, 23)), 22**2]
     assert (source.seconds["files"] == 1).all()
 

@@ -116,7 +116,7 @@ def test_the_same_command_does_what_is_missing_and_what_was_added(
     assert sweep(declared(seeds=1, generations=4), out, "--workers", "1") == 0
     capsys.readouterr()
     assert sweep(declared(seeds=1, generations=4), out, "--workers", "1") == 0
-    assert f"2 runs in {out}, 2 of them whole\n" in capsys.readouterr().err
+    assert f"2 runs in {out}, 2 of them complete\n" in capsys.readouterr().err
     assert sweep(declared(seeds=2, generations=6), out, "--workers", "1") == 0
     assert capsys.readouterr().err.startswith(f"4 runs in {out}\n")
     for cell in CELLS:
