@@ -92,7 +92,7 @@ def vote(
 
 @rule
 def most_votes(controller: Controller, votes: FloatRows) -> Value:
-    """Return the action with the most votes; the lowest index of equal ones."""
+    """Return the action with the most votes; ties go to the lowest index."""
     more = load(votes, 1) > load(votes, 0)
     most, winner = where(more, load(votes, 1), load(votes, 0)), where(more, 1, 0)
     for action in range(2, len(controller.network.blank)):

@@ -45,7 +45,7 @@ def sample_of(policy: Any, role: Role, config: EnvConfig) -> tuple[ActionProbabi
     while True:  # double the sample until it takes long enough: a policy may take a microsecond or a second a position
         part = seen[np.linspace(0, len(seen) - 1, n).astype(int)]
         seconds = _timed(ask_in, policy, part, role, config)
-        # A large network takes as long for one position as for a thousand: such a time says nothing about them all.
+        # A large network takes as long for one position as for a thousand: such a time cannot be extrapolated.
         grows = seconds > 1.5 * before
         if (seconds > _LONG_ENOUGH and grows) or n == min(_SAMPLE, len(seen)):
             return ask_in(policy, part, role, config), seconds * len(seen) / n

@@ -1,4 +1,4 @@
-"""Equilibria of zero-sum matrix games in compiled code, for the many small ones that a stochastic game consists of."""
+"""Equilibria of zero-sum matrix games in compiled code, for the many small games that make up a stochastic game."""
 
 from __future__ import annotations
 

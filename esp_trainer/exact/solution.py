@@ -264,7 +264,7 @@ def assign(joint: Any, actions: Any, first: int) -> None:
 
 @rule
 def after_turn(seen: Any, actions: Any, moves: Moves) -> tuple[int, int, int]:
-    """Return the number of prey that are free after a turn, the bits that say which, and the key of their new state."""
+    """Return the number of prey that are free after a turn, the bits of these prey, and the key of their new state."""
     n_prey, n_agents = seen.shape
     n_predators, n_cells = n_agents - n_prey, moves.size * moves.size
     left, free, first = 0, 0, 0

@@ -107,7 +107,7 @@ class ManyTag:
     def _rewards(self) -> dict[str, np.ndarray]:
         """Return the rewards.
 
-        Each touch pays 10 to all adversaries and -10 to the agent. An agent also pays for a coordinate beyond 0.9.
+        Each touch pays 10 to all adversaries and -10 to the agent. It also pays for coordinates beyond 0.9 or -0.9.
         """
         rewards, touches = {}, np.zeros(self._at.shape[1])
         for agent in range(self._n_adversaries, self._n_movers):

@@ -43,7 +43,7 @@ def of_phases(runs: Sequence[MeasuredRuns]) -> list[dict[str, Any]]:
 def why_no_phases(runs: Sequence[MeasuredRuns]) -> str:
     """Return the reason why :func:`of_phases` does not return a moment of each phase; empty if it does.
 
-    It is empty too for runs without phases, as the story says so.
+    It is also empty for runs without phases, because the story says that there are none.
     """
     shown = len(of_phases(runs))
     n_phases = max((len(run.phases) for run in runs), default=0)

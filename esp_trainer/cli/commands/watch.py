@@ -1,4 +1,4 @@
-"""``watch``: a run while it goes on."""
+"""``watch``: a live view of a run."""
 
 from __future__ import annotations
 

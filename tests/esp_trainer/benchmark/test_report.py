@@ -46,7 +46,7 @@ def test_prey_are_told_by_what_is_not_caught(result: Make):
     assert "held out       0.400 prey not caught, 0.400 against the worst tenth" in benchmark_table(result(role="prey"))
 
 
-def test_one_that_did_not_come_through_says_so(result: Make):
+def test_a_candidate_that_did_not_finish_is_reported(result: Make):
     lines = benchmark_table(result(standing=None, rows=result().rows[:1])).splitlines()
     assert lines[-1] == "the candidate did not finish"
     assert not any("random" in line for line in lines)

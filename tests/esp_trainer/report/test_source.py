@@ -175,7 +175,7 @@ def test_what_is_no_run_or_of_another_schema_is_refused(run: Path, tmp_path: Pat
         read_source(run)
 
 
-def test_a_generation_without_its_timing_is_drawn_as_its_neighbours(run: Path) -> None:
+def test_a_generation_without_its_timing_is_interpolated(run: Path) -> None:
     """A kill may cost a line; and while a run goes on, its last one may not be there yet."""
     log = run / "timing.jsonl"
     lines = [{"generation": number, "trials": number**2, "files": 1} for number in range(GENERATIONS)]
