@@ -84,7 +84,7 @@ def _tell(run: Path, history: History, own: Played, met: dict[Role, list[PayoffM
         f"{game.support.predators} of the predators, {game.support.prey} of the prey"
     )
     worst = f"predators {exploit.predators[-1]:z.2f}, prey {exploit.prey[-1]:z.2f}"
-    print(f"  the last generation    exploitability by its worst opponent of the run: {worst}")
+    print(f"  the last generation    exploitability within the run: {worst}")
     curve = history.payoff
     if len(curve) >= 2 * phases.MIN_LENGTH:
         found = phases.phases(curve)

@@ -228,7 +228,7 @@ class Coevolution:
     ) -> EvolvingSide:
         """Return a side after its generation.
 
-            The side starts again around the champion if the highest champion score has not risen for ``burst_after``
+        The side starts again around the champion if the highest champion score has not risen for ``burst_after``
         generations.
         """
         best, stagnant = before.best, before.stagnant + 1
