@@ -174,7 +174,7 @@ def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappi
     """Write arrays and a header of JSON values to a file of some kind."""
     whole = {"kind": kind, "schema": SCHEMA, **header}
     whole["digest"] = digest_of_arrays(arrays, whole)
-    contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    contiguous = {name: np.asarray(array, order="C") for name, array in arrays.items()}
     write(path, save(contiguous, metadata={_HEADER: json.dumps(whole, allow_nan=False)}))
 
 
@@ -188,7 +188,8 @@ def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str
         DamagedFileError: The file is damaged, or of another kind. The message is one line.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is not there" if not path.exists() else f"{path} is not a file")
+        inside = f"; name a file in {path / 'champions'}" if (path / "champions").is_dir() else ""
+        raise FileNotFoundError(f"{path} is not a file{inside}" if path.exists() else f"{path} is not there")
     try:
         with safe_open(path, framework="numpy") as file:
             header = json.loads((file.metadata() or {})[_HEADER], parse_constant=_refuse)
@@ -218,7 +219,7 @@ def digest_of_arrays(arrays: Mapping[str, StoredArray], header: Mapping[str, Any
     """Return the SHA-256 of arrays with their names, types and shapes, and of a header of JSON values."""
     digest = hashlib.sha256(json.dumps(dict(header), sort_keys=True, allow_nan=False).encode())
     for name in sorted(arrays):
-        array = np.ascontiguousarray(arrays[name])
+        array = np.asarray(arrays[name], order="C")
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(array.tobytes())
     return digest.hexdigest()

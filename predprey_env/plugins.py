@@ -57,7 +57,15 @@ def find_object(part: str, place: str, name: str = "") -> Any:
         PartError: The object cannot be imported; the message is one line.
     """
     module, _, attribute = place.partition(":")
+    needed = f"{part} {name or place} cannot be imported"
     try:
-        return getattr(import_here(module), attribute)
+        found = import_here(module)
     except (Exception, SystemExit) as error:  # a script that is imported may exit
-        raise PartError(f"{part} {name or place} cannot be imported: {error_line(error)}") from None
+        hint = f"; write {module[:-3]}:{attribute}, without .py" if module.endswith(".py") else ""
+        raise PartError(f"{needed}: {error_line(error)}{hint}") from None
+    try:
+        return getattr(found, attribute)
+    except AttributeError as error:
+        near = difflib.get_close_matches(attribute, vars(found), n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise PartError(f"{needed}: {error_line(error)}{hint}") from None

@@ -63,16 +63,40 @@ def failures_told(name: str, call: str) -> Iterator[None]:
         raise PartError(f"algorithm {name} failed in {call}: {error_line(error)} ({where})") from error
 
 
-def state_of(algorithm: Algorithm) -> Mapping[str, StoredArray]:
-    """Return the state of an algorithm; raise :class:`PartError` if it holds anything but arrays of numbers."""
+def state_of(algorithm: Algorithm) -> dict[str, StoredArray]:
+    """Return the state of an algorithm; raise :class:`PartError` if it holds anything but numbers and arrays of them.
+
+    Numbers become arrays ``()``.
+    """
     kind = algorithm_name(algorithm)
     with failures_told(kind, "state()"):
         state = algorithm.state()
-    needed = f"algorithm {kind}: state() must return arrays of numbers by name"
+    needed = f"algorithm {kind}: state() must return numbers, or arrays of them, by name"
     if not isinstance(state, Mapping):
         raise PartError(f"{needed}, got {type(state).__name__}")
-    for name, array in state.items():
-        if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf":
-            got = f"an array of {array.dtype}" if isinstance(array, np.ndarray) else type(array).__name__
+    arrays = {}
+    for name, value in state.items():
+        if not isinstance(name, str):
+            raise PartError(f"{needed}, got the name {name!r}")
+        array = np.asarray(value) if isinstance(value, (np.ndarray, np.generic, int, float)) else None
+        if array is None or array.dtype.kind not in "biuf":
+            got = f"an array of {array.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
             raise PartError(f"{needed}, got {got} as {name}")
-    return state
+        arrays[name] = array
+    return arrays
+
+
+def check_restores(algorithm: Algorithm, fresh: Algorithm) -> None:
+    """Raise :class:`PartError` unless an algorithm is the same after a checkpoint: its run could not be resumed.
+
+    Args:
+        algorithm: The algorithm.
+        fresh: Another one of its kind, started from other random numbers. It restores the state of the first.
+    """
+    kind, state = algorithm_name(algorithm), state_of(algorithm)
+    with failures_told(kind, "restore()"):
+        fresh.restore(state)
+    restored = state_of(fresh)
+    for name, array in state.items():
+        if name not in restored or not np.array_equal(array, restored[name], equal_nan=array.dtype.kind == "f"):
+            raise PartError(f"algorithm {kind}: restore() must restore what state() returned, but {name} differs then")

@@ -33,7 +33,11 @@ class BatchedPolicy(ABC):
 
     def act_batch(self, observations: Observation) -> Actions:
         """Return actions ``(n_worlds, n_agents)`` for observations float32 ``(n_worlds, n_agents, n_seen)``."""
-        return self.choose(observations.reshape(-1, observations.shape[-1])).reshape(observations.shape[:-1])
+        rows = observations.reshape(-1, observations.shape[-1])
+        chosen = np.asarray(self.choose(rows))
+        if chosen.shape != (len(rows),):
+            raise ValueError(f"choose() must return {len(rows)} actions, got shape {chosen.shape}")
+        return chosen.reshape(observations.shape[:-1])
 
     @abstractmethod
     def choose(self, rows: Observation) -> Actions:

@@ -11,13 +11,14 @@ from gymnasium.vector import AutoresetMode
 from esp_trainer.arrays import Counts, Fitness, Steps
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.seeding import stream
-from esp_trainer.types import Contestant, PolicyError, Role, ScriptedTeams, TrialBatch
+from esp_trainer.types import ROLES, Contestant, PolicyError, Role, ScriptedTeams, TrialBatch
 from predprey_env.agents import other_team
 from predprey_env.config import EnvConfig
 from predprey_env.envs.vector import PredPreyVectorEnv
 from predprey_env.policies import Policy
-from predprey_env.policies.opponents import sight_in
+from predprey_env.policies.opponents import as_policy, sight_in
 from predprey_env.policies.outside import OutsideTeam
+from predprey_env.settings import brief
 from predprey_env.sight import options_of
 
 Challenger: TypeAlias = Contestant | Policy
@@ -45,6 +46,10 @@ class Arena:
     """
 
     def __init__(self, env: EnvConfig, n_episodes: int, seed: int) -> None:
+        if not isinstance(env, EnvConfig):
+            raise TypeError(f"env must be an EnvConfig, got {brief(env)}")
+        if n_episodes < 1:
+            raise ValueError(f"n_episodes must be at least 1, got {n_episodes}")
         self.env = env
         self.seed = seed
         self.evaluator = FusedEvaluator(env)
@@ -54,17 +59,25 @@ class Arena:
         """Play all episodes: compiled if both players are teams or scripts of this package, else in the vector
         environment. The opponent may be the name of a script.
 
-        Raises :class:`PolicyError` if a policy raises, or does not return an action for each agent.
+        Raises :class:`ValueError` if a player cannot play its team in this world, and :class:`PolicyError` if a policy
+        raises, or does not return an action for each agent.
         """
+        if role not in ROLES:
+            raise ValueError(f"role must be {' or '.join(ROLES)}, got {brief(role)}")
         if isinstance(opponent, str):
             opponent = ScriptedTeams(opponent)
-            opponent.check_fits(other_team(role), self.env)
+        for player, team in ((candidate, role), (opponent, other_team(role))):
+            if isinstance(player, Contestant):
+                player.check_fits(team, self.env)
         if isinstance(candidate, Contestant) and isinstance(opponent, Contestant):
             return self._play_compiled(candidate, role, opponent)
-        return self._play_outside(self._policy(candidate, role), role, self._policy(opponent, other_team(role)))
+        policies = self._policy(candidate, role, "candidate"), self._policy(opponent, other_team(role), "opponent")
+        return self._play_outside(policies[0], role, policies[1])
 
-    def _policy(self, player: Challenger, role: Role) -> Policy:
-        return player.policy(role, self.env) if isinstance(player, Contestant) else player
+    def _policy(self, player: Challenger, role: Role, named: str) -> Policy:
+        if isinstance(player, Contestant):
+            return player.policy(role, self.env)
+        return as_policy(player, role, self.env, named)
 
     def _play_compiled(self, candidate: Contestant, role: Role, opponent: Contestant) -> Meeting:
         teams = {role: candidate.as_teams(len(self.starts)), other_team(role): opponent.as_teams(len(self.starts))}

@@ -101,6 +101,8 @@ def _draw(result: BenchmarkResult, path: Path) -> None:
     figure, (axes,) = plots.panels(1, width=7.2, height=1 + 0.19 * len(rows), columns=1)
     for number, part in enumerate(PARTS):
         at = [y for y, row in enumerate(rows) if row.part == part]
+        if not at:
+            continue
         rates = [rows[y].caught for y in at]
         means = np.array([rate.rate for rate in rates])
         ends = np.abs(np.array([(rate.low, rate.high) for rate in rates]).reshape(-1, 2).T - means)
@@ -110,7 +112,7 @@ def _draw(result: BenchmarkResult, path: Path) -> None:
     axes.set_yticklabels([row.opponent for row in rows], fontsize=7)
     axes.set_title(f"{result.name}, {result.role} of {result.task}", parse_math=False)
     axes.margins(y=0.01)
-    plots.legend(axes, loc="lower right")
+    plots.legend_above(axes)
     data: dict[str, list[object]] = {
         "opponent": [row.opponent for row in rows],
         "part": [row.part for row in rows],

@@ -218,7 +218,9 @@ def zoo(task: str | None) -> int:
         print(f"{f'{each}, {role}':{width}}{heads}")
         listed = [team for team in known if (team.task, team.role) == (each, role)]
         for team in sorted(listed, key=lambda team: -team.rating.rate):
-            print(f"{team.name:{width}}{team.generation:>12}{team.score!s:>26}{in_points(team.rating):>24}")
+            caught = team.score
+            caught = Rate(caught.rate, max(0.0, caught.low), min(1.0, caught.high))  # t intervals know no bounds
+            print(f"{team.name:{width}}{team.generation:>12}{caught!s:>26}{in_points(team.rating):>24}")
         print()
     print("held-out teams are for reporting only: do not train against them, nor choose by them")
     return 0

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from esp_trainer.algorithm import Algorithm
-from esp_trainer.algorithms.registry import algorithm_class, failures_told
+from esp_trainer.algorithms.registry import ALGORITHMS, algorithm_class, check_restores, failures_told
 from esp_trainer.coevolution.hall_of_fame import HallOfFame
 from esp_trainer.coevolution.league import NO_LEAGUE, League
 from esp_trainer.config import RunConfig, SideConfig
@@ -93,10 +93,17 @@ def _started(config: RunConfig, role: Role) -> Algorithm:
     kind, options = _algorithm_class(config, role), side_config(config, role).algorithm_options
     controller = side_controller(config, role)
     n_genomes = controller.n_genomes(side_shape(config, role).n_agents)
-    generator = stream(config.seed, f"initial {role}")
-    try:
-        with failures_told(side_config(config, role).algorithm, "start()"):
+    name = side_config(config, role).algorithm
+
+    def start(generator: np.random.Generator) -> Algorithm:
+        with failures_told(name, "start()"):
             return kind.start(config.esp, controller, n_genomes, generator, **options)
+
+    try:
+        algorithm = start(stream(config.seed, f"initial {role}"))
+        if name not in ALGORITHMS:  # now, and not when the first checkpoint is written or read
+            check_restores(algorithm, start(stream(config.seed, f"restored {role}")))
+        return algorithm
     except PartError as error:
         raise PartError(f"{role}: {error}") from error.__cause__
     except ValueError as error:

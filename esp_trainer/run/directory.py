@@ -131,7 +131,9 @@ class RunDirectory:
             DamagedFileError: The config cannot be read.
         """
         if not self.config_file.is_file():
-            raise FileNotFoundError(f"{self.path} holds no run: there is no config.json")
+            runs = sorted(file.parent for file in self.path.glob("*/config.json"))
+            inside = f"; name one of its {len(runs)} runs, such as {runs[0]}" if runs else ""
+            raise FileNotFoundError(f"{self.path} holds no run: there is no config.json{inside}")
         try:
             whole = json.loads(self.config_file.read_bytes())
             if whole["schema"] != SCHEMA:

@@ -16,6 +16,7 @@ from predprey_env.jit.linking import INLINED, UNWRAPPED, RuleCompiler
 from predprey_env.jit.sources import Function, remember
 
 Compiled = TypeVar("Compiled", bound=Function)
+_NUMBA = Path(numba.__file__).parent
 
 
 class _Rule(CPUDispatcher):
@@ -62,11 +63,14 @@ def _failure(error: NumbaError) -> str:
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     inside, *callers = re.split(r"resolving callee type: type\(_Rule\(<function (\w+) ", text)  # the innermost first
     rule = f"the rule {callers[0]}" if callers else "a rule"
-    place = re.search(r'File "([^"]+)", line (\d+)', inside)
+    places = re.finditer(r'File "([^"]+)", line (\d+)', inside)
+    place = next((found for found in places if not Path(found[1]).is_relative_to(_NUMBA)), None)
     where = f" ({Path(place[1]).name}, line {place[2]})" if place else ""
     lines = [line.strip(" >") for line in text.splitlines() if line.strip()]
     at = max((i + 1 for i, line in enumerate(lines[:-1]) if line.startswith("Failed in")), default=0)
     reason = " ".join(lines[at : at + 2]) if lines[at].endswith(":") else lines[at]
+    if "Function(<class 'bool'>)" in reason:
+        reason = "if, while, and, or and not need one truth, got one for each lane; use where(), & and |"
     return f"{rule}{where} does not compile: {reason}"
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 from inspect import signature
+from types import FunctionType
 from typing import Any
+
+import numba
 
 from predprey_env.settings import brief
 
@@ -20,6 +23,9 @@ class Generic:
         kind: Noun for the first argument in error messages.
         default: Rule for classes that have none of their own; None if they must have one.
     """
+
+    compiled = True
+    """Whether compiled code calls the rules, which then must be compiled too."""
 
     def __init__(self, name: str, kind: str = "player", default: Any = None) -> None:
         self.registry: dict[Any, Any] = {}
@@ -41,6 +47,9 @@ class Generic:
             raise TypeError(f"{self._name}.register() needs the {self._kind}'s class first, a named tuple, got {got}")
         if rule is None:  # used as a decorator
             return partial(self.register, cls)
+        if self.compiled and isinstance(rule, FunctionType) and not numba.config.DISABLE_JIT:
+            place = f"put @rule below @{self._name}.register({cls.__name__})"
+            raise TypeError(f"the rule of {cls.__name__} is not compiled: {place}")
         if self.registry.setdefault(cls, rule) is not rule:
             raise ValueError(f"{cls.__name__} has a rule already; define the class anew to give it another")
         taken = {other.__name__ for other in self.registry if other is not cls}

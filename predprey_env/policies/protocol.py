@@ -139,6 +139,8 @@ class _MemoryRows(Generic):
     ``function(player) -> int``, changes this for a class; Python calls the function before play.
     """
 
+    compiled = False
+
     def __call__(self, player: Player) -> int:
         function = self.registry.get(type(player))
         return MEMORY if function is None else max(MEMORY, int(function(player)))

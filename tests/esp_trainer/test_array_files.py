@@ -89,10 +89,11 @@ def test_every_type_and_shape_of_number_comes_back(tmp_path: Path) -> None:
         dtype: np.arange(6).reshape(1, 2, 3).astype(dtype)
         for dtype in ("float16", "float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint64", "bool")
     }
+    arrays["one number"] = np.array(0.5)
     write_arrays(tmp_path / "file", "thing", {}, arrays)
     read = read_arrays(tmp_path / "file", "thing")[1]
     for name, array in arrays.items():
-        assert read[name].dtype == array.dtype
+        assert (read[name].dtype, read[name].shape) == (array.dtype, array.shape)
         assert np.array_equal(read[name], array)
 
 

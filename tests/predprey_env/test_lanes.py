@@ -240,3 +240,18 @@ def test_a_block_of_worlds_plays_like_each_of_them_alone(move_order, swap_captur
             assert all(rows[:, lane].tobytes() == row.tobytes() for rows, row in zip(block, world, strict=True))
             assert seen[:, lane].tobytes() == seen_alone.tobytes()
             assert free[0, lane] == free_alone[0]
+
+
+@entry_point
+def _branch(rows: Any, out: Any) -> None:
+    if load(rows, 0) > 0:
+        store(out, 0, load(rows, 0))
+
+
+def test_a_condition_on_lanes_is_refused_with_what_to_write() -> None:
+    rows = np.zeros((1, LANES), np.float32)
+    with pytest.raises(
+        ValueError, match=r"does not compile: if, .* need one truth, .*; use where\(\), & and \|$"
+    ) as refused:
+        _branch(rows, rows)
+    assert "test_lanes.py, line" in str(refused.value)

@@ -17,7 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = SPECS
     parser.add_argument("--policy", required=True, metavar="SPEC", help="policy to measure; see below")
     add_policy(parser)
-    parser.add_argument("--task", required=True, choices=WORLDS, help="world, by the numbers of predators and prey")
+    parser.add_argument("--task", required=True, choices=WORLDS, help="world to play in")
     parser.add_argument(
         "--episodes", type=positive, default=512, metavar="N", help="episodes against each opponent; by default 512"
     )

@@ -99,22 +99,55 @@ class RestoresBadly(_Kept):
         self.teams = state["tems"]
 
 
+class RestoresNothing(_Kept):
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        pass
+
+
+class NumbersInState(_Kept):
+    """Its step is a number of NumPy, and grows."""
+
+    def begin(self, generator: np.random.Generator) -> None:
+        super().begin(generator)
+        self.step = np.float64(0.5)
+        self.count = 0
+
+    def learn(self, vectors: np.ndarray, scores: Fitness, generator: np.random.Generator) -> None:
+        self.step, self.count = self.step * 1.5, self.count + 1
+        self.teams = self.teams + np.float32(self.step)
+
+    def state(self) -> Any:
+        return super().state() | {"step": self.step, "count": self.count}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        super().restore(state)
+        self.step, self.count = np.float64(state["step"]), int(state["count"])
+
+
+class NumberAsName(_Kept):
+    def state(self) -> Any:
+        return {1: self.teams}
+
+
 MISTAKES = {
     BeginsBadly: r"predators: algorithm .* failed in start\(\): KeyError: 'seed' \(test_mistakes.py, line \d+\)",
     AsksBadly: r"algorithm .* failed in ask\(\): ValueError: matmul: .* \(test_mistakes.py, line \d+\)",
     LearnsBadly: r"algorithm .* failed in tell\(\): KeyError: 'oops' \(test_mistakes.py, line \d+\)",
     NoTeams: r"algorithm .*: ask\(\) must return EvolvedTeams of 16 trials, got NoneType",
     FewTeams: r"algorithm .*: ask\(\) must return EvolvedTeams of 16 trials, got of 3",
-    NoState: r"algorithm .*: state\(\) must return arrays of numbers by name, got NoneType",
-    TextInState: r"algorithm .*: state\(\) must return arrays of numbers by name, got str as name",
-    ListInState: r"algorithm .*: state\(\) must return arrays of numbers by name, got list as teams",
-    Objects: r"algorithm .*: state\(\) must return arrays of numbers by name, got an array of object as teams",
+    NoState: r"predators: algorithm .*: state\(\) must return numbers, or arrays of them, by name, got NoneType",
+    TextInState: r"predators: algorithm .*: state\(\) must return numbers, or arrays of them, by name, got str as name",
+    ListInState: r"predators: algorithm .*: state\(\) must return numbers, or .* by name, got list as teams",
+    Objects: r"predators: algorithm .*: state\(\) must return numbers, or .* by name, got an array of object as teams",
+    NumberAsName: r"predators: algorithm .*: state\(\) must return numbers, or .* by name, got the name 1",
+    RestoresBadly: r"predators: algorithm .* failed in restore\(\): KeyError: 'tems' \(test_mistakes.py, line \d+\)",
+    RestoresNothing: r"predators: algorithm .*: restore\(\) must .* what state\(\) returned, .* teams differs then",
     NoOptimiser: r"predators: algorithm .*: optimiser\(\) must return an object with ask\(\) and .*, got NoneType",
 }
 
 
-def train(kind: type, out: Path) -> int:
-    named = ["--predators.algorithm", f"{__name__}:{kind.__name__}", "--out", str(out), "--quiet"]
+def train(kind: type, out: Path, *more: str) -> int:
+    named = ["--predators.algorithm", f"{__name__}:{kind.__name__}", "--out", str(out), "--quiet", *more]
     return main(["train", "smoke", *SMALL, *named])
 
 
@@ -131,16 +164,28 @@ def assert_told(message: str, line: str) -> None:
     assert re.fullmatch(f"esp-trainer: {message}", line), line
 
 
-def test_a_state_that_cannot_be_taken_on_is_no_damaged_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert train(RestoresBadly, tmp_path / "run") == 0
+def test_a_state_that_cannot_be_taken_on_is_no_damaged_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert train(NumbersInState, tmp_path / "run") == 0
+    monkeypatch.setattr(NumbersInState, "restore", RestoresBadly.restore)
     capsys.readouterr()
     assert main(["resume", str(tmp_path / "run"), "--generations", "3"]) == 1
     *_, last = capsys.readouterr().err.splitlines()
-    assert_told(r"algorithm .* failed in restore\(\): KeyError: 'tems' \(test_mistakes.py, line \d+\)", last)
+    assert_told(r"predators: algorithm .* failed in restore\(\): KeyError: 'tems' \(test_mistakes.py, line \d+\)", last)
 
 
-def test_champions_are_read_without_the_state_of_an_algorithm(tmp_path: Path) -> None:
-    assert train(RestoresBadly, tmp_path / "run") == 0
+def test_numbers_in_a_state_come_back(tmp_path: Path) -> None:
+    assert (
+        train(NumbersInState, tmp_path / "run") == train(NumbersInState, tmp_path / "whole", "--generations", "4") == 0
+    )
+    assert main(["resume", str(tmp_path / "run"), "--generations", "4", "--quiet"]) == 0
+    assert (tmp_path / "run/metrics.jsonl").read_bytes() == (tmp_path / "whole/metrics.jsonl").read_bytes()
+
+
+def test_champions_are_read_without_the_state_of_an_algorithm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert train(NumbersInState, tmp_path / "run") == 0
+    monkeypatch.setattr(NumbersInState, "restore", RestoresBadly.restore)
     history = History.of_run(tmp_path / "run")
     last = Team.load(tmp_path / "run" / "champions" / "predators-00001.safetensors")
     np.testing.assert_array_equal(history.team("predators", 1).genomes, last.genomes)

@@ -136,3 +136,15 @@ def test_a_model_without_chances_cannot_be_measured_when_it_draws():
     model.policy = SimpleNamespace()  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match="Model does not give the probabilities of its actions"):
         SB3Policy(model, SHAPE, drawn=True).chances_batch(np.zeros((1, 3, 4), np.float32))
+
+
+class Chances(BatchedPolicy):
+    """Returns a number for each action, not an action."""
+
+    def choose(self, rows: np.ndarray) -> np.ndarray:
+        return np.zeros((len(rows), 4))
+
+
+def test_actions_of_another_shape_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"^choose\(\) must return 6 actions, got shape \(6, 4\)$"):
+        Chances().act_batch(np.zeros((3, 2, 4), np.float32))

@@ -318,3 +318,29 @@ def test_what_an_opponent_of_ones_own_does_wrong_is_told_in_one_line() -> None:
     with pytest.raises(PolicyError, match=r"^the opponent's act\(\) must .* be in 0..3, got 7$") as told:
         Arena(SMALL, 2, seed=3).meet(Told(east), "predators", Told(lambda rows: np.full(len(rows), 7)))
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("candidate", "role", "opponent", "says"),
+    [
+        (CHASE, "predator", "flee_nearest", r"^role must be predators or prey, got 'predator'$"),
+        (Told, "predators", "flee_nearest", r"^candidate must be an object, got the class Told: give Told\(\.\.\.\)$"),
+        (
+            ByHand(ScriptedTeam("flee_nearest", "prey")),
+            "prey",
+            Told,
+            r"^opponent must be an object, got the class Told",
+        ),
+        (evolved("pond", "prey"), "predators", "flee_nearest", r"^expected predators, got a team of prey$"),
+    ],
+)
+def test_who_cannot_play_is_refused_in_one_line(candidate: Any, role: Any, opponent: Any, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        Arena(SMALL, 2, 0).meet(candidate, role, opponent)
+
+
+def test_an_arena_needs_a_world_and_episodes() -> None:
+    with pytest.raises(TypeError, match=r"^env must be an EnvConfig, got 'pond'$"):
+        Arena("pond", 2, 0)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^n_episodes must be at least 1, got -2$"):
+        Arena(SMALL, -2, 0)

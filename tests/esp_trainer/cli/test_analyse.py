@@ -223,6 +223,7 @@ def _cut(name: str) -> Callable[[Path, Path], Path]:
 WRONG: dict[str, tuple[Callable[[Path, Path], Path], str]] = {
     "no such directory": (lambda place, run: place / "nowhere", "nowhere holds no run: there is no config.json"),
     "a directory without a run": (_empty, "empty holds no run: there is no config.json"),
+    "a directory of runs": (lambda place, run: run.parent, "config.json; name one of its"),
     "a file": (_file, "file holds no run: there is no config.json"),
     "no checkpoint": (_without("checkpoint.safetensors"), "has no checkpoint yet: there is nothing to analyse"),
     "no log": (_without("metrics.jsonl"), "metrics.jsonl must hold 22 whole lines, got 0"),

@@ -205,3 +205,12 @@ def test_a_kind_of_a_player_has_no_rule_in_python_as_in_compiled_code() -> None:
 
     with pytest.raises(TypeError, match=r"^player must be of a class that choose\(\) knows, got Kind$"):
         choose(Kind(1, 3, 4), 0, np.zeros(2, np.float32), np.ones(4, np.int32), 0)
+
+
+def test_a_rule_that_is_not_compiled_is_refused() -> None:
+    made, act = player("Plain", 1)
+    with pytest.raises(
+        TypeError, match=r"^the rule of Plain is not compiled: put @rule below @choose.register\(Plain\)$"
+    ):
+        choose.register(made, act.py_func)
+    choose.register(made, act)
