@@ -144,6 +144,9 @@ class WholeTeams(ABC):
         n_teams = int(self.options.get("n_teams", 0)) or self.config.subpopulation_size
         if n_teams < 4:
             raise ValueError(f"option n_teams must be at least 4, got {n_teams}")
+        if n_teams > self.config.n_trials:
+            most = f"esp.n_trials={self.config.n_trials}, as each team needs a trial"
+            raise ValueError(f"n_teams (by default esp.subpopulation_size) must be at most {most}, got {n_teams}")
         return n_teams
 
     def genomes_of(self, vectors: TeamVectors) -> TeamGenomes:

@@ -82,8 +82,8 @@ def _standing(result: BenchmarkResult) -> list[str]:
             for part, (mean, worst) in standing.generalist.items()
         ),
         f"rating         {in_points(standing.rating)} points, number {standing.rank} of {standing.of}",
-        f"gain           {standing.gain:+z.3f} from the gauntlet's optimal mixture, beyond the value of its game",
-        f"exploited      {standing.exploited:z.3f} below that value by its worst opponent",
+        f"gain           {standing.gain:+z.3f} against the best mixture of opponents, less the value of their game",
+        f"exploited      {standing.exploited:z.3f} less than that value against its worst opponent",
     ]
 
 

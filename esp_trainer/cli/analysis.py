@@ -91,7 +91,7 @@ def _tell(run: Path, history: History, own: Played, met: dict[Role, list[PayoffM
         words = ", ".join(f"{p.start}-{p.end - 1}: {p.mean:z.2f}" for p in found)
         print(f"  phases of success      {words} {'of the prey caught' if captures else 'payoff to the predators'}")
         alternation = phases.alternation(curve, np.random.default_rng(0))
-        print(f"  alternations           {alternation.count}; by chance as many with p = {alternation.p:.2g}")
+        print(f"  alternations           {alternation.count}; as many by chance with p = {alternation.p:.2g}")
 
 
 def _tell_genealogy(run: Path, history: History) -> None:

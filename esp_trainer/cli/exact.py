@@ -101,7 +101,7 @@ def _words(config: EnvConfig) -> str:
 
 def _tell_heads(by_even: list[float]) -> None:
     pairs = "".join(f"{n:>{_WIDTH}}" for n, value in enumerate(by_even) if not np.isnan(value))
-    print(f"  {'by predator-prey pairs at an even distance at the start':56}{'all':>{_WIDTH}}{pairs}")
+    print(f"  {'by predator-prey pairs that start an even distance apart':56}{'all':>{_WIDTH}}{pairs}")
 
 
 def _tell(what: str, mean: float, by_even: list[float]) -> None:

@@ -329,3 +329,12 @@ def test_vectors_that_are_no_teams_are_refused(found: np.ndarray, message: str) 
 def test_a_population_has_at_least_four_teams(name: str) -> None:
     with pytest.raises(ValueError, match=r"^option n_teams must be at least 4, got 1$"):
         start(name, n_teams=1)
+
+
+@pytest.mark.parametrize("name", ["ga", "cosyne", "cma_es"])
+def test_a_population_has_at_most_as_many_teams_as_trials(name: str) -> None:
+    n = esp().n_trials
+    most = rf"at most esp.n_trials={n}, as each team needs a trial, got {n + 1}"
+    with pytest.raises(ValueError, match=rf"^n_teams \(by default esp.subpopulation_size\) must be {most}$"):
+        start(name, n_teams=n + 1)
+    start(name, n_teams=n)

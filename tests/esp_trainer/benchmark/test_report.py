@@ -37,8 +37,8 @@ def test_the_table_tells_each_meeting_and_what_all_say(result: Make):
         "zoo            0.500 prey caught, 0.500 against the worst tenth",
         "scripts        1.000 prey caught, 1.000 against the worst tenth",
         "rating         31 [-5, 66] points, number 3 of 17",
-        "gain           +0.013 from the gauntlet's optimal mixture, beyond the value of its game",
-        "exploited      0.250 below that value by its worst opponent",
+        "gain           +0.013 against the best mixture of opponents, less the value of their game",
+        "exploited      0.250 less than that value against its worst opponent",
     ]
 
 
