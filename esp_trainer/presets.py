@@ -51,7 +51,7 @@ PRESETS: dict[str, tuple[str, RunConfig]] = {
         _RACE.replace(env=_own_reward("3v2")),
     ),
     "race-steppe": (
-        "recommended with two prey: 40 x 40 cells, where the lead changes (docs/race.md)",
+        "recommended with two prey: 40 x 40 cells, where both sides go on improving (docs/race.md)",
         _RACE.replace(generations=800, env=_own_reward("steppe")),
     ),
     "race-meadow": (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,6 +27,8 @@ TRACKED = {
 }
 ENOUGH = 10
 """Runs from which an interval drawn from runs is taken at its word."""
+LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
+"""Seeds of `steppe` whose results were known before the last of the twenty ran."""
 FIRST = ("race", "race-monolithic", "paper", "bias-pool")
 """Conditions that figures show, in this order; tables show all, these first."""
 
@@ -57,13 +60,29 @@ def _load(place: Path) -> Task:
 
 def _in_short(tasks: dict[str, Task]) -> str:
     """Return the answer of the page: what became of one prey, and of two on `steppe`, in the recommended setting."""
-    answers = [_one_prey(tasks.get("3v1", {}))]
-    if race := tasks.get("steppe", {}).get("race"):
-        answers.append(
-            f"**With two prey on 40 x 40 cells** (`steppe`) the predators {_course(race, 'predators')}; the prey "
-            f"{_course(race, 'prey')} ({len(race['config'])} seeds)."
-        )
-    return "\n\n".join(answers)
+    one_prey = _one_prey(tasks.get("3v1", {}))
+    race = tasks.get("steppe", {}).get("race")
+    return f"{_two_prey(race)}\n\n{one_prey}" if race else one_prey
+
+
+def _two_prey(race: Arrays) -> str:
+    """Return what became of three predators and two prey on `steppe` in the recommended setting."""
+    n = len(race["config"])
+
+    def gain(role: Role, seeds: slice | list[int] = slice(None)) -> endpoints.Interval:
+        return endpoints.over_runs_and_panel(endpoints.gains(race, role, half=True)[seeds])
+
+    if n < ENOUGH or min(gain(role).low for role in ROLES) <= 0:
+        courses = "; ".join(f"the {role} {_course(race, role)}" for role in ROLES)
+        return f"**With two prey on 40 x 40 cells** (`steppe`) {courses} ({n} seeds)."
+    unseen = [i for i, config in enumerate(race["config"]) if json.loads(str(config))["seed"] not in LOOKED_AT]
+    return (
+        f"**Yes, with two prey on 40 x 40 cells** (`race-steppe`, {n} seeds): in the second half of 1,500 generations "
+        f"both sides still improve against opponents\nthat nobody trained on, the predators by {gain('predators')} "
+        f"and the prey by {gain('prey')}. The number of seeds was fixed before\nthe first run, and "
+        f"{n - len(unseen)} of them were looked at on the way; in the other {len(unseen)} alone the predators gain "
+        f"{gain('predators', unseen)} and the prey {gain('prey', unseen)}."
+    )
 
 
 def _one_prey(found: Task) -> str:
@@ -78,7 +97,8 @@ def _one_prey(found: Task) -> str:
     whole = found.get("race-monolithic")
     single = f" Of prey with one network that sees all predators, {reached(whole, 'prey')} escape." if whole else ""
     return (
-        f"In the recommended setting the prey {_course(race, 'prey')}; the predators {_course(race, 'predators')} "
+        f"With one prey on the paper's torus (`race-3v1`) the prey {_course(race, 'prey')}; the predators "
+        f"{_course(race, 'predators')} "
         f"({len(race['config'])} seeds). In the end {reached(race, 'prey')} of the prey escape from predators that\n"
         f"nobody trained on, and the predators catch {reached(race, 'predators')} of such prey. In the paper's setting "
         f"{reached(paper, 'prey')} of the prey escape, and the predators catch {reached(paper, 'predators')}.{single}"
