@@ -140,13 +140,16 @@ class WholeTeams(ABC):
 
     @property
     def n_teams(self) -> int:
-        """Number of teams in a population: the option ``n_teams``, or ``esp.subpopulation_size``."""
-        n_teams = int(self.options.get("n_teams", 0)) or self.config.subpopulation_size
+        """Number of teams in a population: the option ``n_teams``; by default ``esp.subpopulation_size``, or
+        ``esp.n_trials`` if that is smaller.
+        """
+        most = self.config.n_trials
+        n_teams = int(self.options.get("n_teams", 0)) or min(self.config.subpopulation_size, most)
         if n_teams < 4:
             raise ValueError(f"option n_teams must be at least 4, got {n_teams}")
-        if n_teams > self.config.n_trials:
-            most = f"esp.n_trials={self.config.n_trials}, as each team needs a trial"
-            raise ValueError(f"n_teams (by default esp.subpopulation_size) must be at most {most}, got {n_teams}")
+        if n_teams > most:
+            at_most = f"esp.n_trials={most}, as each team needs a trial"
+            raise ValueError(f"option n_teams must be at most {at_most}, got {n_teams}")
         return n_teams
 
     def genomes_of(self, vectors: TeamVectors) -> TeamGenomes:

@@ -335,6 +335,8 @@ def test_a_population_has_at_least_four_teams(name: str) -> None:
 def test_a_population_has_at_most_as_many_teams_as_trials(name: str) -> None:
     n = esp().n_trials
     most = rf"at most esp.n_trials={n}, as each team needs a trial, got {n + 1}"
-    with pytest.raises(ValueError, match=rf"^n_teams \(by default esp.subpopulation_size\) must be {most}$"):
+    with pytest.raises(ValueError, match=rf"^option n_teams must be {most}$"):
         start(name, n_teams=n + 1)
-    start(name, n_teams=n)
+    assert start(name, n_teams=n).n_teams == n
+    many = esp(subpopulation_size=n + 1)
+    assert algorithm_class(name).start(many, CONTROLLER, N_AGENTS, rng()).n_teams == n  # type: ignore[attr-defined]

@@ -66,7 +66,7 @@ def test_where_nothing_is_caught_nothing_is_divided(esp_trainer: Callable[..., A
         "  as a game              value 0.00; optimal play mixes generations: 1 of the predators, 1 of the prey"
         in lines
     )
-    assert lines[-2].endswith("against its worst opponent of the run: predators 0.00, prey 0.00")
+    assert lines[-2].endswith("exploitability within the run: predators 0.00, prey 0.00")
 
 
 def test_one_episode_a_pair_says_nothing_of_chance(esp_trainer: Callable[..., Any], place: Path) -> None:

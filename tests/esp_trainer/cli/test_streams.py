@@ -88,7 +88,7 @@ def test_a_path_is_escaped_where_it_is_no_text(encoding: str, said: str, monkeyp
     assert main(["train", "smoke", "--generations", "1", "--out", path]) == 0
     assert read(sys.stdout).startswith(f"1 generation in {said}\n")  # type: ignore[arg-type]
     assert main(["show", path]) == 1
-    assert read(sys.stderr).endswith(f"esp-trainer: {said} is not a file\n")  # type: ignore[arg-type]
+    assert read(sys.stderr).endswith(f"esp-trainer: {said} is not a file; name a file in {said}/champions\n")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("encoding", "e"), [("utf-8", "é".encode()), ("ascii", rb"\xe9")])

@@ -201,7 +201,7 @@ def test_scripts_do_in_every_state_what_they_do_in_the_environment() -> None:
         actions = script.act({f"predator_{i}": seen[key, i] for i in range(3)})
         assert found[key].argmax(axis=1).tolist() == list(actions.values())
     assert (chances(ScriptedTeams("random"), "prey", config) == 0.25).all()
-    with pytest.raises(PolicyError, match="run_straight remembers"):
+    with pytest.raises(PolicyError, match="run_straight has memory"):
         chances(ScriptedTeams("run_straight"), "prey", config)
 
 
