@@ -101,8 +101,8 @@ def _normal(*shape: int) -> np.ndarray:
 class CmaES(AskTell):
     """CMA-ES (Hansen & Ostermeier 2001), by the package ``cma``.
 
-    Options: ``sigma``, the initial standard deviation; ``n_teams``, the number of teams in a generation, by default
-    ``esp.subpopulation_size``.
+    Options: ``sigma``, the initial standard deviation; ``n_teams``, the number of teams in a generation, see
+    :attr:`WholeTeams.n_teams`.
     """
 
     OPTIONS: ClassVar[Mapping[str, float]] = {"sigma": 1.0, "n_teams": 0}

@@ -20,7 +20,7 @@ class GeneticAlgorithm(WholeTeams):
     one point of the whole vector, replace the worst teams. In each neuron of a child one gene changes with probability
     ``mutation_rate``, as in ESP.
 
-    Option: ``n_teams``, the number of teams, by default ``esp.subpopulation_size``.
+    Option: ``n_teams``, the number of teams, see :attr:`WholeTeams.n_teams`.
     """
 
     OPTIONS: ClassVar[Mapping[str, float]] = {"n_teams": 0}

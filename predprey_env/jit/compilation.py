@@ -69,7 +69,7 @@ def _failure(error: NumbaError) -> str:
     lines = [line.strip(" >") for line in text.splitlines() if line.strip()]
     at = max((i + 1 for i, line in enumerate(lines[:-1]) if line.startswith("Failed in")), default=0)
     reason = " ".join(lines[at : at + 2]) if lines[at].endswith(":") else lines[at]
-    if "Function(<class 'bool'>)" in reason:
+    if "Function(<class 'bool'>)" in reason and "Lanes(" in reason:
         reason = "if, while, and, or and not need one truth, got one for each lane; use where(), & and |"
     return f"{rule}{where} does not compile: {reason}"
 

@@ -72,14 +72,15 @@ def _two_prey(race: Arrays) -> str:
     def gain(role: Role, seeds: slice | list[int] = slice(None)) -> endpoints.Interval:
         return endpoints.over_runs_and_panel(endpoints.gains(race, role, half=True)[seeds])
 
-    if n < ENOUGH or min(gain(role).low for role in ROLES) <= 0:
+    predators, prey = gain("predators"), gain("prey")
+    if n < ENOUGH or min(predators.low, prey.low) <= 0:
         courses = "; ".join(f"the {role} {_course(race, role)}" for role in ROLES)
         return f"**With two prey on 40 x 40 cells** (`steppe`) {courses} ({n} seeds)."
     unseen = [i for i, config in enumerate(race["config"]) if json.loads(str(config))["seed"] not in LOOKED_AT]
     return (
         f"**Yes, with two prey on 40 x 40 cells** (`race-steppe`, {n} seeds): in the second half of 1,500 generations "
-        f"both sides still improve against opponents\nthat nobody trained on, the predators by {gain('predators')} "
-        f"and the prey by {gain('prey')}. The number of seeds was fixed before\nthe first run, and "
+        f"both sides still improve against opponents\nthat nobody trained on, the predators by {predators} "
+        f"and the prey by {prey}. The number of seeds was fixed before\nthe first run, and "
         f"{n - len(unseen)} of them were looked at on the way; in the other {len(unseen)} alone the predators gain "
         f"{gain('predators', unseen)} and the prey {gain('prey', unseen)}."
     )
