@@ -9,7 +9,8 @@ from __future__ import annotations
 import secrets
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numba
 from numba import types
 from numba.core import caching
 
+from predprey_env.jit.exclusion import alone
 from predprey_env.jit.sources import Function, digest, file_of
 
 
@@ -89,6 +91,13 @@ class DigestCache(caching.FunctionCache):
                 self.flush()
         return None
 
+    def alone(self, signature: object, target_context: Any) -> AbstractContextManager[None]:
+        """Let one process at a time compile for a signature: the next finds its machine code."""
+        key = sha256(repr(self._index_key(signature, target_context.codegen())).encode())
+        with suppress(OSError):
+            self._impl.locator.ensure_cache_path()
+        return alone(Path(self._cache_path, f"{self._impl.filename_base}.lock"), int(key.hexdigest()[:7], 16))
+
     def save_overload(self, sig: object, data: object) -> None:
         """Write machine code to the cache, if the disk allows."""
         with self._as_far_as_possible():
@@ -112,6 +121,10 @@ class NoCache(caching.NullCache):
 
     def __init__(self, function: Function) -> None:
         self._file = file_of(function)
+
+    def alone(self, _signature: object, _target_context: object) -> AbstractContextManager[None]:
+        """Let every process compile for itself, as none finds what another has compiled."""
+        return nullcontext()
 
     def load_overload(self, _sig: object, _target_context: object) -> None:
         """Return None, and warn that the code is compiled at every start although a writable directory would prevent

@@ -51,6 +51,11 @@ class _EntryPoint(CPUDispatcher):
     def __init__(self, function: Function) -> None:
         super().__init__(function, targetoptions={"nopython": True, "nogil": True, "_nrt": False})
 
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature, or load what was compiled before, here or in another process."""
+        with self._cache.alone(sig, self.targetctx):
+            return super().compile(sig)
+
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
         try:
             return super()._compile_for_args(*arguments, **named)

@@ -6,6 +6,7 @@ import errno
 import importlib.util
 import os
 import pickle
+import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -24,7 +25,7 @@ from numba.core.registry import CPUDispatcher
 from predprey_env import EnvConfig
 from predprey_env.config import TEAMS
 from predprey_env.envs.turn import play_turn
-from predprey_env.jit import cache, rule
+from predprey_env.jit import cache, exclusion, rule
 from predprey_env.jit.sources import source_files
 from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
@@ -64,6 +65,44 @@ def test_processes_that_save_at_once_do_not_take_the_same_file(tmp_path: Path, m
     ours.save("int", "code for int")
     assert theirs.load("float") == "code for float"
     assert theirs.load("int") == "code for int"
+
+
+def test_what_another_process_compiles_is_waited_for_and_loaded(program, monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = program(1), program(1)
+    waited = []
+
+    def lock_of_the_other(*_: Any) -> None:
+        if not waited:
+            raise BlockingIOError
+
+    def wait(seconds: float) -> None:
+        waited.append(seconds)
+        theirs(10)
+
+    monkeypatch.setattr(exclusion.fcntl, "lockf", lock_of_the_other)
+    monkeypatch.setattr(exclusion, "sleep", wait)
+    assert ours(10) == 11
+    assert len(waited) == 1
+    assert (ours.stats.cache_hits.total(), theirs.stats.cache_hits.total()) == (1, 0)
+
+
+HOLDS = "import fcntl, sys; file = open(sys.argv[1], 'ab'); fcntl.lockf(file, fcntl.LOCK_EX); print(); input()"
+
+
+def test_a_process_that_never_ends_is_waited_for_in_vain(
+    program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    main, waited = program(1), []
+    monkeypatch.setattr(exclusion, "sleep", waited.append)
+    assert main(10) == 11
+    assert not waited
+    (file,) = tmp_path.glob("__pycache__/outer_entry.main*.lock")
+    with subprocess.Popen([sys.executable, "-c", HOLDS, file], stdin=-1, stdout=-1) as other:
+        other.stdout.readline()
+        monkeypatch.setattr(exclusion, "PATIENCE", 0.01)
+        assert main(0.5) == 1.5
+        assert waited, "another signature, but the other holds all"
+        other.stdin.close()
 
 
 def test_an_index_with_a_class_that_is_gone_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
