@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from numba.core.caching import NullCache
 
 from esp_trainer import Team
 from esp_trainer.config import SideConfig
@@ -144,9 +143,9 @@ class CompassTeam:
 def compass() -> Iterator[CompassTeam]:
     """Machine code for a class that lives in a test is not kept on disk."""
     choose.register(Compass, _turn)
-    cache, move_opponents._cache = move_opponents._cache, NullCache()
+    move_opponents._cache.disable()
     yield CompassTeam()
-    move_opponents._cache = cache
+    move_opponents._cache.enable()
 
 
 def test_a_player_of_ones_own_plays_in_compiled_code(compass: CompassTeam) -> None:
