@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numba
 from numba import types
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 
@@ -53,7 +54,7 @@ class _EntryPoint(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what was compiled before, here or in another process."""
-        with self._cache.alone(sig, self.targetctx):
+        with global_compiler_lock, self._cache.alone(sig, self.targetctx):  # Python 3.11 parses in one thread at a time
             return super().compile(sig)
 
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:

@@ -20,13 +20,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numba.core import caching
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
 from predprey_env import EnvConfig
 from predprey_env.config import TEAMS
 from predprey_env.envs.turn import play_turn
 from predprey_env.jit import cache, exclusion, rule
-from predprey_env.jit.sources import source_files
+from predprey_env.jit.sources import digest, source_files
 from predprey_env.policies.protocol import MEMORY, _begin
 from predprey_env.policies.scripted import NUMBERS, Script, _act
 from predprey_env.rules.dynamics import EVERYBODY, NOBODY, PREDATORS, PREY, World
@@ -103,6 +104,20 @@ def test_a_process_that_never_ends_is_waited_for_in_vain(
         assert main(0.5) == 1.5
         assert waited, "another signature, but the other holds all"
         other.stdin.close()
+
+
+def test_one_thread_at_a_time_reads_sources(program, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two that parse at once are a SystemError in Python 3.11."""
+    locked = []
+
+    def digest_and_look(*given: Any) -> str:
+        locked.append(global_compiler_lock.is_locked())
+        return digest(*given)
+
+    monkeypatch.setattr(cache, "digest", digest_and_look)
+    assert program(1)(10) == 11
+    assert locked
+    assert all(locked)
 
 
 def test_an_index_with_a_class_that_is_gone_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
