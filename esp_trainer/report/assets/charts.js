@@ -29,6 +29,11 @@ function layoutOf(layout) {
 }
 
 class Charts {
+  #drawings = new Map(); // what draws each place
+  #near = new IntersectionObserver((places) => {
+    for (const { target, isIntersecting } of places) if (isIntersecting) this.#drawNow(target);
+  }, { rootMargin: "50%" });
+
   constructor(data, player) {
     this.data = data;
     this.player = player;
@@ -46,23 +51,37 @@ class Charts {
     fill(byId("matrix-run"), data.runs.map((run, i) => [i, run.name, !data.matrix?.matrices[i]]));
     byId("matrix-run").addEventListener("change", () => this.#matrix());
     byId("matrix-figure").hidden = !data.matrix;
+    for (const chart of data.charts) {
+      const place = document.querySelector(`#chart-${chart.id} > div`);
+      const entries = chart.data.filter((trace) => trace.showlegend !== false).length;
+      place.style.setProperty("--entries", entries); // of its legend
+      this.#drawings.set(place, () => this.#chart(place, chart));
+    }
+    this.#drawings.set(byId("matrix"), () => this.#matrix());
+    window.addEventListener("beforeprint", () => [...this.#drawings.keys()].forEach((place) => this.#drawNow(place)));
   }
 
+  // Draw all anew: what is near the part of the page that is seen soon, the rest when it comes near. To draw all at once
+  // takes longer than all else that a page does when it opens.
   draw() {
-    for (const { id, ...figure } of this.data.charts) {
-      const { data, layout } = coloured(figure), place = document.querySelector(`#chart-${id} > div`);
-      place.style.setProperty("--entries", data.filter((trace) => trace.showlegend !== false).length); // of its legend
-      Plotly.react(place, data, layoutOf(layout), QUIET);
-    }
-    const master = document.querySelector("#chart-master > div");
-    if (master && this.player && !master.dataset.clicks) {
-      master.dataset.clicks = "true";
-      master.on("plotly_click", ({ points: [{ x, curveNumber }] }) => {
-        const hunts = this.data.charts.find(({ id }) => id === "master").data[curveNumber].name.startsWith("predators");
-        this.play(hunts ? { predators: x } : { prey: x });
-      });
-    }
-    this.#matrix();
+    this.#near.disconnect();
+    for (const place of this.#drawings.keys()) this.#near.observe(place);
+  }
+
+  #drawNow(place) {
+    this.#near.unobserve(place);
+    this.#drawings.get(place)();
+  }
+
+  #chart(place, { id, ...figure }) {
+    const { data, layout } = coloured(figure);
+    Plotly.react(place, data, layoutOf(layout), QUIET);
+    if (id !== "master" || !this.player || place.dataset.clicks) return;
+    place.dataset.clicks = "true";
+    place.on("plotly_click", ({ points: [{ x, curveNumber }] }) => {
+      const hunts = data[curveNumber].name.startsWith("predators");
+      this.play(hunts ? { predators: x } : { prey: x });
+    });
   }
 
   // Play champions of the run whose matrix is shown, by default those of the last generation.

@@ -131,6 +131,10 @@ class Tab:
             self.page.wait_for_timeout(25)
         raise AssertionError(f"never came true: {condition}")
 
+    def draw_charts(self) -> None:
+        """Draw the charts that nobody has come near to as well, as for a print."""
+        self("() => window.dispatchEvent(new Event('beforeprint'))")
+
     def assert_quiet(self) -> None:
         """It complained of nothing and asked the network for nothing."""
         assert self.complaints == []
