@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from markdown_it import MarkdownIt
+from once import made_once
 
 from esp_trainer.cli.commands import COMMANDS
 from esp_trainer.config import RunConfig
@@ -52,10 +53,12 @@ def build(place: Path, *, config: Path = ROOT / "mkdocs.yml") -> subprocess.Comp
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, built as CI builds it: a broken link or anchor is an error."""
     pytest.importorskip("mkdocstrings_handlers.python", reason='needs pip install -e ".[docs]"')
-    place = tmp_path_factory.mktemp("site")
-    done = build(place)
-    assert done.returncode == 0, done.stderr
-    return place
+
+    def make(place: Path) -> None:
+        done = build(place)
+        assert done.returncode == 0, done.stderr
+
+    return made_once(tmp_path_factory, "site", make)
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
+from once import made_once
 
 from esp_trainer import Team
 from esp_trainer import report as report_package
@@ -43,8 +44,13 @@ def train(place: Path, preset: str, *options: str) -> Path:
 @pytest.fixture(scope="session")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Two runs of 24 generations that differ in their seed. Not to be changed."""
-    place = tmp_path_factory.mktemp("runs")
-    return [train(place / f"seed{seed}", "paper-3v2", "--seed", str(seed), "--generations", "24") for seed in (0, 1)]
+
+    def make(place: Path) -> None:
+        for seed in (0, 1):
+            train(place / f"seed{seed}", "paper-3v2", "--seed", str(seed), "--generations", "24")
+
+    place = made_once(tmp_path_factory, "report-runs", make)
+    return [place / f"seed{seed}" for seed in (0, 1)]
 
 
 @pytest.fixture
@@ -64,17 +70,20 @@ def report() -> Iterator[Callable[..., int]]:
 @pytest.fixture(scope="session")
 def page_file(runs: list[Path], report: Callable[..., int], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of the first run."""
-    place = tmp_path_factory.mktemp("pages") / "one.html"
-    assert report(runs[0], "--out", place) == 0
-    return place
+    return _page_of(runs[:1], report, tmp_path_factory)
 
 
 @pytest.fixture(scope="session")
 def pages_file(runs: list[Path], report: Callable[..., int], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of both runs."""
-    place = tmp_path_factory.mktemp("pages") / "two.html"
-    assert report(*runs, "--out", place) == 0
-    return place
+    return _page_of(runs, report, tmp_path_factory)
+
+
+def _page_of(runs: list[Path], report: Callable[..., int], factory: pytest.TempPathFactory) -> Path:
+    def make(place: Path) -> None:
+        assert report(*runs, "--out", place / "page.html") == 0
+
+    return made_once(factory, f"page-of-{len(runs)}", make) / "page.html"
 
 
 @pytest.fixture(scope="session")
