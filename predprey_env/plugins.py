@@ -69,3 +69,21 @@ def find_object(part: str, place: str, name: str = "") -> Any:
         near = difflib.get_close_matches(attribute, vars(found), n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise PartError(f"{needed}: {error_line(error)}{hint}") from None
+
+
+def call_method(what: str, part: Any, method: str, *arguments: object) -> Any:
+    """Return what a method of a user's part returns.
+
+    Args:
+        what: The part in error messages, as ``network my_module:Net``.
+        part: The object that has the method.
+        method: Name of the method.
+        *arguments: Its arguments.
+
+    Raises:
+        ValueError: The method raised an exception; the message is one line.
+    """
+    try:
+        return getattr(part, method)(*arguments)
+    except Exception as error:
+        raise ValueError(f"{method}() of {what} raised {error_line(error)}") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -12,8 +13,8 @@ from predprey_env.jit.generic import Generic
 from predprey_env.jit.linking import inlined
 from predprey_env.jit.trial import Rows, try_rule
 from predprey_env.jit.values import FloatRows, IntegerRows
-from predprey_env.plugins import find_class
-from predprey_env.settings import brief, error_line
+from predprey_env.plugins import call_method, find_class
+from predprey_env.settings import brief
 
 SIGHTS = {"offsets": "predprey_env.sight:Sight"}
 """Name -> class of each observation that ships, as ``module:Class``."""
@@ -154,25 +155,33 @@ def sight_class(name: str) -> type[Any]:
 
 def check_sight(name: str, n_agents: int, n_opponents: int, size: int) -> None:
     """Raise :class:`ValueError`, in one line, unless a sight's methods return valid values for teams of these sizes."""
-    sight = sight_class(name)()
-    try:
-        n_seen, groups = sight.n_seen(n_agents, n_opponents), sight.groups(n_agents, n_opponents)
-        lengths = {len(group) for group in groups}
-        entries = [entry for group in groups for entry in group]
-        bounds = [
-            np.broadcast_to(np.asarray(each, np.float32), n_seen) for each in sight.bounds(n_agents, n_opponents, size)
-        ]
-    except Exception as error:
-        raise ValueError(f"observation {name} cannot be used: {error_line(error)}") from None
+    sight, what = sight_class(name)(), f"observation {name}"
+    n_seen = call_method(what, sight, "n_seen", n_agents, n_opponents)
     if isinstance(n_seen, bool) or not isinstance(n_seen, (int, np.integer)) or n_seen < 2:
-        raise ValueError(f"n_seen() of observation {name} must return an integer of at least 2, got {brief(n_seen)}")
-    if len(lengths) != 1 or min(lengths) < 2 or not set(entries) <= set(range(n_seen)):
+        raise ValueError(f"n_seen() of {what} must return an integer of at least 2, got {brief(n_seen)}")
+    groups = call_method(what, sight, "groups", n_agents, n_opponents)
+    if not _are_groups(groups, int(n_seen)):
         expected = f"groups of equal length, at least 2, of entries in 0..{n_seen - 1}"
-        raise ValueError(f"groups() of observation {name} must return {expected}, got {brief(groups)}")
-    if len(bounds) != 2 or not (bounds[0] <= bounds[1]).all():
-        raise ValueError(
-            f"bounds() of observation {name} must return the lowest and the highest values, got {brief(bounds)}"
-        )
+        raise ValueError(f"groups() of {what} must return {expected}, got {brief(groups)}")
+    bounds = call_method(what, sight, "bounds", n_agents, n_opponents, size)
+    if not _are_bounds(bounds, int(n_seen)):
+        raise ValueError(f"bounds() of {what} must return the lowest and the highest values, got {brief(bounds)}")
+
+
+def _are_groups(groups: Any, n_seen: int) -> bool:
+    try:
+        lengths = {len(group) for group in groups}
+        return len(lengths) == 1 and min(lengths) >= 2 and {*chain(*groups)} <= set(range(n_seen))
+    except TypeError:  # no lists of lists
+        return False
+
+
+def _are_bounds(bounds: Any, n_seen: int) -> bool:
+    try:
+        lowest, highest = (np.broadcast_to(np.asarray(each, np.float32), n_seen) for each in bounds)
+    except (TypeError, ValueError):  # not two, or not of this length
+        return False
+    return bool((lowest <= highest).all())
 
 
 class _World(NamedTuple):

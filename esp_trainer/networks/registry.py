@@ -8,7 +8,7 @@ import numpy as np
 
 from esp_trainer.networks.protocol import respond
 from predprey_env.jit.trial import Rows, try_rule
-from predprey_env.plugins import find_class
+from predprey_env.plugins import call_method, find_class
 from predprey_env.settings import brief, error_line
 
 NETWORKS = {
@@ -33,15 +33,15 @@ def network_class(name: str) -> type[Any]:
 
 def make_network(name: str, n_hidden: int, n_actions: int) -> Any:
     """Return a network of a kind. Its ``n_genes`` is 0, as the length of its gene strings is not known yet."""
-    kind = network_class(name)
-    try:
-        n_memory, n_genes = kind.memory(n_hidden), kind.genes(2, n_actions, n_hidden)
-        network = kind(n_hidden=n_hidden, n_genes=0, n_memory=n_memory, blank=(np.float32(0.0),) * n_actions)
-    except Exception as error:
-        raise ValueError(f"network {name} cannot be made: {error_line(error)}") from None
+    kind, what = network_class(name), f"network {name}"
+    n_memory = call_method(what, kind, "memory", n_hidden)
     _check_number(name, "memory", n_memory, 0)
+    n_genes = call_method(what, kind, "genes", 2, n_actions, n_hidden)
     _check_number(name, "genes", n_genes, 1)
-    return network
+    try:
+        return kind(n_hidden=n_hidden, n_genes=0, n_memory=n_memory, blank=(np.float32(0.0),) * n_actions)
+    except Exception as error:
+        raise ValueError(f"{what} cannot be made: {error_line(error)}") from None
 
 
 def check_network(name: str, network: Any, n_inputs: int, n_together: int) -> None:
@@ -54,7 +54,7 @@ def check_network(name: str, network: Any, n_inputs: int, n_together: int) -> No
         n_together: Number of agents that it controls.
     """
     n_outputs = n_together * len(network.blank)
-    n_genes = network.genes(n_inputs, n_outputs, network.n_hidden)
+    n_genes = call_method(f"network {name}", network, "genes", n_inputs, n_outputs, network.n_hidden)
     _check_number(name, "genes", n_genes, 1)
     if name not in NETWORKS:
         _check_rule(name, network._replace(n_genes=int(n_genes)), n_inputs, n_outputs)

@@ -258,6 +258,21 @@ class Raising(Still):
         raise KeyError("size")
 
 
+class Half(Still):
+    def n_seen(self, n_agents: int, n_opponents: int) -> float:
+        return 2.0
+
+
+class Flat(Still):
+    def groups(self, n_agents: int, n_opponents: int) -> list[int]:
+        return [0, 1]
+
+
+class Single(Still):
+    def bounds(self, n_agents: int, n_opponents: int, size: int) -> int:
+        return size
+
+
 class Few(Still):
     pass
 
@@ -267,7 +282,7 @@ def few(sight: Any, world: Any) -> int:
     return 0
 
 
-for _class in (Undecided, Short, Beyond, Reversed, Raising):
+for _class in (Undecided, Short, Beyond, Reversed, Raising, Half, Flat, Single):
     observe.register(_class, still)
 observe.register(Few, few)
 
@@ -283,7 +298,10 @@ WRONG = """
     HERE:Short: n_seen() of observation HERE:Short must return an integer of at least 2, got 1
     HERE:Beyond: groups of equal length, at least 2, of entries in 0..3, got [[0, 99]]
     HERE:Reversed: bounds() of observation HERE:Reversed must return the lowest and the highest values
-    HERE:Raising: observation HERE:Raising cannot be used: KeyError: 'size'
+    HERE:Raising: bounds() of observation HERE:Raising raised KeyError: 'size'
+    HERE:Half: n_seen() of observation HERE:Half must return an integer of at least 2, got 2.0
+    HERE:Flat: groups of equal length, at least 2, of entries in 0..3, got [0, 1]
+    HERE:Single: bounds() of observation HERE:Single must return the lowest and the highest values, got 7
     pathlib:Path: observation pathlib:Path must be a named tuple, got Path
 """
 

@@ -223,6 +223,14 @@ class Breaks(HalfGenes):
 respond.register(Breaks, _linear)
 
 
+class OfObjects(HalfGenes):
+    def genes(self, n_inputs: int, n_outputs: int, n_hidden: int) -> int:  # type: ignore[override]
+        return n_inputs + n_outputs
+
+
+respond.register(OfObjects, _linear)
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
@@ -233,14 +241,15 @@ respond.register(Breaks, _linear)
         (f"{HERE}:NoRule", r"network .*:NoRule has no rule: put @respond.register\(NoRule\) above it"),
         (f"{HERE}:ShortRule", "the rule of network .* must take network, weights, at, .*, got network, weights"),
         (f"{HERE}:HalfGenes", r"genes\(\) of network .* must return an integer of at least 1, got 1.5"),
-        (f"{HERE}:Breaks", "network .* cannot be made: RuntimeError: no memory"),
+        (f"{HERE}:Breaks", r"memory\(\) of network .*:Breaks raised RuntimeError: no memory"),
+        (f"{HERE}:OfObjects", r"genes\(\) of network .*:OfObjects raised TypeError: .* missing .* 'n_hidden'"),
     ],
 )
 def test_what_is_no_network_is_refused_in_one_line(name: str, message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}$") as refused:
         team(SideConfig(network=name))
     assert "\n" not in str(refused.value)
-    if ":" in name and "HalfGenes" not in name and "Breaks" not in name:
+    if ":" in name and name.split(":")[1] not in ("HalfGenes", "Breaks", "OfObjects"):
         with pytest.raises(ValueError, match=f"^{message}$"):
             network_class(name)
 
