@@ -61,8 +61,21 @@ def _load(place: Path) -> Task:
 def _in_short(tasks: dict[str, Task]) -> str:
     """Return the answer of the page: what became of one prey, and of two on `steppe`, in the recommended setting."""
     one_prey = _one_prey(tasks.get("3v1", {}))
-    race = tasks.get("steppe", {}).get("race")
-    return f"{_two_prey(race)}\n\n{one_prey}" if race else one_prey
+    steppe = tasks.get("steppe", {})
+    if "race" not in steppe:
+        return one_prey
+    whole = [_unsplit(steppe["race-monolithic"])] if "race-monolithic" in steppe else []
+    return "\n\n".join([_two_prey(steppe["race"]), *whole, one_prey])
+
+
+def _unsplit(arrays: Arrays) -> str:
+    """Return what became of two prey on `steppe` where each agent has one network."""
+    predators, prey = (f"{endpoints.level(arrays, role, 'panel').mean():.2f}" for role in ROLES)
+    return (
+        f"If each agent has one network that sees all opponents, in place of one for each, the predators "
+        f"{_course(arrays, 'predators')},\nand the prey {_course(arrays, 'prey')} (`race-monolithic`, "
+        f"{len(arrays['config'])} seeds): they catch {predators} and escape {prey} in the end."
+    )
 
 
 def _two_prey(race: Arrays) -> str:
@@ -123,7 +136,11 @@ def _of_task(task: str, found: Task, against_late: str | None) -> str:
         [
             f"## {TASK_TITLES[task]}",
             *([_answer(found["race"])] if "race" in found else []),
-            *([_splitting(found)] if {"race", "race-monolithic"} <= found.keys() else []),
+            *(
+                [_splitting(found, "a prey" if task == "3v1" else "an agent")]
+                if {"race", "race-monolithic"} <= found.keys()
+                else []
+            ),
             *([_growing(found["growing-steps"])] if "growing-steps" in found else []),
             f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
@@ -132,7 +149,7 @@ def _of_task(task: str, found: Task, against_late: str | None) -> str:
             tables.by_condition(found, tables.GAINS),
             *([against_late] if against_late else []),
             *([_contrasts(found)] if "race" in found and len(found) > 1 else []),
-            _lesser(found),
+            tables.lesser_gains(found),
             *(
                 [
                     f"![What exploiters reach against the champion, by generation](race/exploiters-{task}.png)",
@@ -179,18 +196,23 @@ def _few(n_seeds: int) -> str:
     return told * (n_seeds < ENOUGH)
 
 
-def _splitting(found: Task) -> str:
-    """Return what splitting the prey's networks comes to, within the recommended preset."""
+def _splitting(found: Task, who: str) -> str:
+    """Return what splitting networks comes to, within the recommended preset; ``who`` says whose networks are split."""
     split, whole = found["race"], found["race-monolithic"]
-    late = compare(*(endpoints.gains(each, "prey", half=True).mean(axis=1) for each in (split, whole)))
-    reached = compare(*(endpoints.level(each, "prey", "panel") for each in (split, whole)))
-    verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
+
+    def larger(role: Role) -> tuple[str, str]:
+        late = compare(*(endpoints.gains(each, role, half=True).mean(axis=1) for each in (split, whole)))
+        reached = compare(*(endpoints.level(each, role, "panel") for each in (split, whole)))
+        verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
+        told = f"by {_difference(late)} (p {late.p:.2g} without correction), and their level at the end by "
+        return told + _difference(reached), verdict
+
+    (prey, holds), (predators, holds_too) = larger("prey"), larger("predators")
     return (
-        f"**A network for each predator that a prey sees, against one that sees all** (`race-monolithic`, "
-        f"{len(whole['config'])} seeds, else the same): the prey's second-half gain is larger by {_difference(late)} "
-        f"(p {late.p:.2g} without correction), and their level at the end by {_difference(reached)}. By the protocol "
-        f"the second hypothesis, that splitting sustains the race, **{verdict}** for these seeds. This is about the "
-        f"prey: the predators' gains in the second half do not differ (below)."
+        f"**A network for each opponent that {who} sees, against one that sees all** (`race-monolithic`, "
+        f"{len(whole['config'])} seeds, else the same): the prey's second-half gain is larger {prey}; the predators' "
+        f"{predators}. By the protocol the second hypothesis, that splitting sustains the race, **{holds}** for the "
+        f"prey and **{holds_too}** for the predators.{_few(len(whole['config']))}"
     )
 
 
@@ -265,24 +287,3 @@ _EXPLOITERS = (
 
 def _has_exploiters(found: Task) -> bool:
     return any("exploited.prey" in arrays for arrays in found.values())
-
-
-def _lesser(found: Task) -> str:
-    """Return a table of the lesser side's gain, tested against runs that are read backwards."""
-    rows = []
-    for half in (False, True):
-        for arrays in found.values():
-            both = [endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES]
-            rows.append(endpoints.lesser_gain(*both))
-    corrected = holm([p for _, p in rows])
-    lines = [
-        "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table).",
-        "",
-        "| condition | whole run | p | 2nd half | p |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for i, name in enumerate(found):
-        j = i + len(found)
-        cells = f"{rows[i][0]:+.3f} | {corrected[i]:.2g} | {rows[j][0]:+.3f} | {corrected[j]:.2g}"
-        lines.append(f"| `{name}` | {cells} |")
-    return "\n".join(lines)

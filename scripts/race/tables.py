@@ -1,10 +1,10 @@
-"""The columns of the tables of ``docs/race.md``, each a function of a condition's measurements."""
+"""The tables of ``docs/race.md``, and their columns, each a function of a condition's measurements."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from esp_trainer.analysis.inference import summary
+from esp_trainer.analysis.inference import holm, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.measure import Arrays
@@ -60,4 +60,25 @@ def by_condition(found: dict[str, Arrays], columns: dict[str, Column]) -> str:
     lines = ["| condition | " + " | ".join(columns) + " |", "| --- |" + " --- |" * len(columns)]
     for name, arrays in found.items():
         lines.append(f"| `{name}` | " + " | ".join(column(arrays) for column in columns.values()) + " |")
+    return "\n".join(lines)
+
+
+def lesser_gains(found: dict[str, Arrays]) -> str:
+    """Return a table of the lesser side's gain, tested against runs that are read backwards."""
+    rows = []
+    for half in (False, True):
+        for arrays in found.values():
+            both = [endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES]
+            rows.append(endpoints.lesser_gain(*both))
+    corrected = holm([p for _, p in rows])
+    lines = [
+        "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table).",
+        "",
+        "| condition | whole run | p | 2nd half | p |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for i, name in enumerate(found):
+        j = i + len(found)
+        cells = f"{rows[i][0]:+.3f} | {corrected[i]:.2g} | {rows[j][0]:+.3f} | {corrected[j]:.2g}"
+        lines.append(f"| `{name}` | {cells} |")
     return "\n".join(lines)
