@@ -74,7 +74,7 @@ def _unsplit(arrays: Arrays) -> str:
     return (
         f"If each agent has one network that sees all opponents, in place of one for each, the predators "
         f"{_course(arrays, 'predators')},\nand the prey {_course(arrays, 'prey')} (`race-monolithic`, "
-        f"{len(arrays['config'])} seeds): they catch {predators} and escape {prey} in the end."
+        f"{len(arrays['config'])} seeds). In the end {prey} of the prey escape, and the predators catch {predators}."
     )
 
 
