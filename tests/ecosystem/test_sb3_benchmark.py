@@ -245,7 +245,7 @@ def script(name: str, *options: object) -> None:
 
 def train_ppo(place: Path, *options: object) -> list[str]:
     """The files that a small training leaves."""
-    script("train_ppo.py", *options, "--n-worlds", 4, "--steps", 30_000, "--out", place)
+    script("train_ppo.py", *options, "--n-worlds", 4, "--steps", 10_000, "--out", place)
     return sorted(file.name for file in place.glob("*.safetensors"))
 
 
