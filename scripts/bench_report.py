@@ -53,8 +53,9 @@ def report(runs: list[Path], out: Path) -> float:
 def opened(page: Path) -> Iterator[Page]:
     """Open a page in Chromium, without a network."""
     flags = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
+    installed = shutil.which("chromium") or shutil.which("chromium-headless-shell")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=flags)
+        browser = playwright.chromium.launch(executable_path=installed, args=flags)
         tab = browser.new_context(viewport={"width": 1240, "height": 860}, offline=True).new_page()
         tab.goto(page.resolve().as_uri(), wait_until="commit")
         yield tab

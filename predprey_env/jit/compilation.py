@@ -54,7 +54,8 @@ class _EntryPoint(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what was compiled before, here or in another process."""
-        with global_compiler_lock, self._cache.alone(sig, self.targetctx):  # Python 3.11 parses in one thread at a time
+        # Numba's lock comes first, because two threads of Python 3.11 must not parse sources at once.
+        with global_compiler_lock, self._cache.alone(sig, self.targetctx):
             return super().compile(sig)
 
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:

@@ -18,10 +18,14 @@ PATIENCE = 120.0  # seconds to wait for another process, which may have been sto
 
 @contextmanager
 def alone(path: Path, work: int) -> Iterator[None]:
-    """Let one process at a time do a work, whose number is below 2^31; the others wait.
+    """Let one process at a time do a piece of work, while others that want to do the same wait.
 
-    A process locks the byte of the file at ``path`` with that number, and the system releases it when the process
-    ends. Where files cannot be locked, nobody waits, as nobody may rely on being alone.
+    Args:
+        path: A file that these processes share; it is made if it is not there, and stays empty.
+        work: Number of the piece of work, below 2^31. A process locks the byte with this number in the file.
+
+    The system releases the lock when the process ends. Where files cannot be locked nobody waits, so this spares work
+    and protects nothing.
     """
     with ExitStack() as stack:
         with suppress(OSError):
