@@ -9,6 +9,7 @@ import json
 import os
 import re
 import shutil
+import site
 import subprocess
 import sys
 import tarfile
@@ -268,12 +269,13 @@ def distribution(project: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def programs(distribution: Path, tmp_path: Path) -> Path:
-    """The programs of a new virtual environment, in which the wheel was installed without extras."""
-    venv.create(tmp_path / "venv", with_pip=True)
+    """The programs of a new virtual environment with the wheel; what it depends on comes from the tests' own."""
+    venv.create(tmp_path / "venv")
     programs = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
-    command = [programs / "pip", "install", "--quiet", "--no-compile", *distribution.glob("*.whl")]
-    clean = os.environ | {"PYTHONPATH": ""}  # pip installs nothing that it finds there
-    _or_skip(subprocess.run(command, env=clean, capture_output=True, text=True, check=False))
+    command = [sys.executable, "-m", "pip", "--python", programs / "python", "install", "--quiet", "--no-deps"]
+    run([*command, *distribution.glob("*.whl")], tmp_path, PYTHONPATH="")
+    (packages,) = (tmp_path / "venv").rglob("site-packages")
+    (packages / "tests.pth").write_text("\n".join(site.getsitepackages()))
     return programs
 
 

@@ -64,7 +64,7 @@ def may_mount(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("may_mount")
-@pytest.mark.parametrize(("name", "step"), [("train", 90), ("analyse", 100), ("sweep", 400)])
+@pytest.mark.parametrize(("name", "step"), [("train", 90), ("analyse", 200), ("sweep", 600)])
 def test_a_full_disk_is_told_and_spoils_nothing(name: str, step: int, tmp_path: Path) -> None:
     failed, faults = fill(reliability.FILLED[name], tmp_path, step)
     assert faults == []

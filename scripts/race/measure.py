@@ -112,7 +112,7 @@ def _responses(history: History, evaluator: FusedEvaluator) -> Arrays:
                 role,
                 evaluator,
                 generation=int(generation),
-                n_generations=RESPONSE_GENERATIONS,
+                n_generations=min(RESPONSE_GENERATIONS, len(history)),  # fewer in small
                 seed=_RESPONSE_SEED + history.config.seed,
             )
             for generation in frozen

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from wide_sight import WIDE, WIDTH, Wide
 
 from esp_trainer.cli import main
 from esp_trainer.coevolution.coevolution import Coevolution
@@ -22,7 +23,6 @@ from esp_trainer.presets import preset
 from esp_trainer.types import PolicyError
 from predprey_env import (
     EnvConfig,
-    move_of,
     observe,
     offset_to,
     parallel_env,
@@ -35,40 +35,6 @@ from predprey_env.policies import ScriptedTeam
 
 HERE = __name__
 TINY = {"n_predators": 3, "n_prey": 2, "size": 7, "max_cycles": 12}
-WIDTH = 40
-
-
-class Wide(NamedTuple):
-    """The offset to each opponent, its last move, and much that means nothing."""
-
-    factor: float = 0.5
-
-    def n_seen(self, n_agents: int, n_opponents: int) -> int:
-        return WIDTH * n_opponents
-
-    def groups(self, n_agents: int, n_opponents: int) -> list[range]:
-        return [range(WIDTH * i, WIDTH * (i + 1)) for i in range(n_opponents)]
-
-    def bounds(self, n_agents: int, n_opponents: int, size: int) -> tuple[list[float], float]:
-        return [-float(size)] * (WIDTH * n_opponents), float(size)
-
-
-@observe.register(Wide)
-@rule
-def wide(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:
-    hunts = agent < rules.n_predators
-    first, n_opponents = (rules.n_predators, rules.n_prey) if hunts else (0, rules.n_predators)
-    for other in range(first, first + n_opponents):
-        dx, dy = offset_to(world, agent, other, rules)
-        store(out, row, as_float(dx) * as_float(sight.factor))
-        store(out, row + 1, as_float(dy) * as_float(sight.factor))
-        mx, my = move_of(world, moved, agent, other, rules)
-        store(out, row + 2, as_float(mx))
-        store(out, row + 3, as_float(my))
-        for i in range(4, WIDTH):
-            store(out, row + i, as_float(0))
-        row += WIDTH
-    return row
 
 
 class Still(NamedTuple):
@@ -103,7 +69,7 @@ def still(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, 
 def sides(config: RunConfig) -> RunConfig:
     return config.replace(
         generations=2,
-        env=config.env.replace(**TINY, observation=f"{HERE}:Wide"),
+        env=config.env.replace(**TINY, observation=WIDE),
         esp=config.esp.replace(n_trials=40, n_episodes=2),
         champion=config.champion.replace(n_candidates=3, n_held_out=8),
     )
@@ -113,7 +79,7 @@ def sides(config: RunConfig) -> RunConfig:
 
 
 def test_agents_see_what_the_rule_writes() -> None:
-    env = parallel_env(**TINY, observation=f"{HERE}:Wide")
+    env = parallel_env(**TINY, observation=WIDE)
     starts = np.array([[0, 0], [3, 3], [6, 6], [1, 2], [5, 0]])
     observations, _ = env.reset(options={"starts": starts})
     assert observations["predator_0"].reshape(2, WIDTH)[:, :4].tolist() == [[0.5, 1, 0, 0], [-1, 0, 0, 0]]
@@ -126,7 +92,7 @@ def test_agents_see_what_the_rule_writes() -> None:
 
 @pytest.mark.slow
 def test_many_worlds_and_team_views_see_as_single_worlds_do() -> None:
-    observation = f"{HERE}:Wide"
+    observation = WIDE
     single = team_view("prey", opponent="surround", **TINY, observation=observation)
     many = vector_env(5, "prey", opponent="surround", **TINY, observation=observation)
     both = parallel_vector_env(5, **TINY, observation=observation)
@@ -159,8 +125,8 @@ def test_an_opponent_sees_in_its_own_way_in_a_plain_world() -> None:
         seen, *_ = single.step(dict.fromkeys(single.agents, 0))
         if not single.agents:
             break
-    script = ScriptedTeam.of("flee_nearest", "prey", EnvConfig(**TINY, observation=f"{HERE}:Wide"))
-    many = vector_env(2, "predators", opponent=script, **TINY, observation=f"{HERE}:Wide")
+    script = ScriptedTeam.of("flee_nearest", "prey", EnvConfig(**TINY, observation=WIDE))
+    many = vector_env(2, "predators", opponent=script, **TINY, observation=WIDE)
     assert many.reset(seed=0)[0].shape == (6, 2 * WIDTH)
 
 
@@ -198,14 +164,14 @@ def test_a_team_keeps_its_sight_in_its_file(tmp_path: Path) -> None:
 
 def test_a_team_whose_sight_is_gone_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     champion(sides(preset("paper-3v2"))).save(tmp_path / "team.safetensors")
-    monkeypatch.delattr(f"{HERE}.Wide")
+    monkeypatch.delattr("wide_sight.Wide")
     with pytest.raises(DamagedFileError, match=r"observation .*:Wide cannot be imported: AttributeError"):
         Team.load(tmp_path / "team.safetensors")
 
 
 @pytest.mark.slow
 def test_runs_resume_to_the_same_bytes(tmp_path: Path) -> None:
-    options = ["--quiet", "--env.observation", f"{HERE}:Wide", "--esp.n_trials", "40"]
+    options = ["--quiet", "--env.observation", WIDE, "--esp.n_trials", "40"]
     for name, generations in (("whole", "4"), ("resumed", "2")):
         assert main(["train", "smoke", "--out", str(tmp_path / name), "--generations", generations, *options]) == 0
     assert main(["resume", str(tmp_path / "resumed"), "--generations", "4", "--quiet"]) == 0
@@ -290,7 +256,7 @@ observe.register(Few, few)
 WRONG = """
     ofsets: must be one of offsets or module:Class, got 'ofsets'; did you mean offsets?
     nowhere:Near: observation nowhere:Near cannot be imported: ModuleNotFoundError: No module named 'nowhere'
-    HERE:WIDTH: observation HERE:WIDTH must be a class, got int
+    HERE:TINY: observation HERE:TINY must be a class, got dict
     HERE:Bare: observation HERE:Bare has no n_seen() and no groups() and no bounds()
     HERE:Undecided: observation HERE:Undecided must have a default for each field, got none for factor
     HERE:Unruly: observation HERE:Unruly has no rule: put @observe.register(Unruly) above it
@@ -314,9 +280,9 @@ def test_what_is_no_sight_is_refused_in_one_line(wrong: str) -> None:
 
 
 def test_options_of_the_papers_observation_are_not_of_anothers() -> None:
-    line = f"see_moves, see_scaled: only for observation=offsets, got observation={HERE}:Wide"
+    line = f"see_moves, see_scaled: only for observation=offsets, got observation={WIDE}"
     with pytest.raises(ValueError, match=f"^{line}$"):
-        EnvConfig(observation=f"{HERE}:Wide", see_moves=True, see_scaled=True)
+        EnvConfig(observation=WIDE, see_moves=True, see_scaled=True)
 
 
 class Shorter(Still):

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from once import made_once
+from wide_sight import Wide
 
 from esp_trainer import Team
 from esp_trainer import report as report_package
@@ -23,8 +24,7 @@ from esp_trainer.evaluation.kernel import seed_of
 from esp_trainer.networks import NETWORKS, network_class
 from esp_trainer.report.matches import rules_in_javascript
 from esp_trainer.run.directory import RunDirectory
-from predprey_env import PredPreyEnv, manhattan, observe, offset_to
-from predprey_env.jit import as_float, rule, store, where
+from predprey_env import PredPreyEnv
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -158,35 +158,6 @@ def _listening(tab: Tab, file: Path, at: str = "") -> Tab:
     return tab
 
 
-class Near(NamedTuple):
-    """A sight of one's own: opponents beyond some cells are not seen."""
-
-    reach: int = 6
-
-    def n_seen(self, n_agents: int, n_opponents: int) -> int:
-        return 2 * n_opponents
-
-    def groups(self, n_agents: int, n_opponents: int) -> list[list[int]]:
-        return [[2 * i, 2 * i + 1] for i in range(n_opponents)]
-
-    def bounds(self, n_agents: int, n_opponents: int, size: int) -> tuple[int, int]:
-        return -self.reach, self.reach
-
-
-@observe.register(Near)
-@rule
-def near(sight: Any, world: Any, moved: Any, agent: int, rules: Any, out: Any, row: int) -> int:
-    hunts = agent < rules.n_predators
-    first = rules.n_predators if hunts else 0
-    for other in range(first, first + (rules.n_prey if hunts else rules.n_predators)):
-        dx, dy = offset_to(world, agent, other, rules)
-        seen = manhattan(dx, dy) <= sight.reach
-        store(out, row, as_float(where(seen, dx, 0)))
-        store(out, row + 1, as_float(where(seen, dy, 0)))
-        row += 2
-    return row
-
-
 @pytest.fixture(scope="session")
 def blank_tab(browser: Browser, page_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     """A page in whose scope games are played, between all kinds of network; what it shows does not matter."""
@@ -194,7 +165,7 @@ def blank_tab(browser: Browser, page_file: Path, tmp_path_factory: pytest.TempPa
     page, rules = page_file.read_text("utf-8"), rules_in_javascript(floats)
     assert rules in page
     file = tmp_path_factory.mktemp("blank") / "page.html"
-    every = rules_in_javascript(floats, [*map(network_class, NETWORKS), Near])
+    every = rules_in_javascript(floats, [*map(network_class, NETWORKS), Wide])
     file.write_text(page.replace(rules, every), "utf-8")
     context = browser.new_context()
     context.set_offline(True)

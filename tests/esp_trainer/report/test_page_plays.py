@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gymnasium.utils import seeding
+from wide_sight import WIDE
 
 from esp_trainer.analysis.behaviours.detection import detected
 from esp_trainer.analysis.behaviours.paths import Paths
@@ -79,7 +80,7 @@ CONFIGS |= {
 }
 CONFIGS["elman"] = sides(SideConfig(network="elman"), SideConfig(network="elman", controller="combiner"))
 CONFIGS["elman against the paper's"] = sides(SideConfig(network="elman", choice="drawn"))
-CONFIGS["a sight of one's own"] = sides(observation="tests.esp_trainer.report.conftest:Near")
+CONFIGS["a sight of one's own"] = sides(observation=WIDE)
 CONFIGS |= {script: sides(prey=SideConfig(policy=script)) for script in SCRIPTS["prey"]}  # type: ignore[arg-type]
 CONFIGS |= {
     controller: sides(
