@@ -43,10 +43,8 @@ def measure(place: Path, run: PlannedRun, panel: Sequence[Path], thorough: bool)
         for name, opponents in {"panel": held_out, "scripts": script_panel()[other]}.items():
             found[f"{name}.{role}"] = caught_by_each(role, mine, opponents, evaluator).astype(np.float32)
         if thorough:
-            seed, n_generations = (
-                RESPONSE_SEED + run.config.seed,
-                min(RESPONSE_GENERATIONS, len(history)),
-            )  # fewer in small
+            seed = RESPONSE_SEED + run.config.seed
+            n_generations = min(RESPONSE_GENERATIONS, len(history))  # fewer in small
             answer = evolve_response(history, role, evaluator, n_generations=n_generations, seed=seed)
             found[f"response.{role}"] = np.array([answer.before, answer.after])
     if thorough:
