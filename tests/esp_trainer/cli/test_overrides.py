@@ -220,6 +220,23 @@ def test_help_of_train_names_every_field(esp_trainer: Callable[..., Any]) -> Non
         assert own in outcome.out
 
 
+@pytest.mark.parametrize(
+    ("given", "preset", "share"),
+    [
+        ([], "paper-3v2", "0.0"),
+        (["race-3v1"], "race-3v1", "0.5"),
+        (["pond"], "race-pond", "0.5"),
+        (["x"], "paper-3v2", "0.0"),
+    ],
+)
+def test_help_of_train_shows_the_values_of_the_preset(
+    given: list[str], preset: str, share: str, esp_trainer: Callable[..., Any]
+) -> None:
+    told = esp_trainer("train", *given, "--help").out
+    assert f"with its value in {preset}:" in told
+    assert f"--esp.past_share {share}\n" in told
+
+
 @pytest.mark.parametrize("command", ["train", "resume", "evaluate", "replay", "show", "presets"])
 def test_every_command_has_help(command: str, esp_trainer: Callable[..., Any]) -> None:
     assert command in esp_trainer("--help").out
