@@ -28,6 +28,12 @@ function layoutOf(layout) {
   };
 }
 
+// Return Plotly, which takes a second to start. It starts with the first chart, when the page is there.
+function plotly() {
+  if (!window.Plotly) document.head.append(element("script", { textContent: byId("plotly").textContent }));
+  return window.Plotly;
+}
+
 class Charts {
   #drawings = new Map(); // what draws each place
   #near = new IntersectionObserver((places) => {
@@ -75,7 +81,7 @@ class Charts {
 
   #chart(place, { id, ...figure }) {
     const { data, layout } = coloured(figure);
-    Plotly.react(place, data, layoutOf(layout), QUIET);
+    plotly().react(place, data, layoutOf(layout), QUIET);
     if (id !== "master" || !this.player || place.dataset.clicks) return;
     place.dataset.clicks = "true";
     place.on("plotly_click", ({ points: [{ x, curveNumber }] }) => {
@@ -113,7 +119,7 @@ class Charts {
     const title = (text) => ({ text, font: { color: colour("muted") } });
     const layout = layoutOf({ hovermode: "closest", margin: { l: 50, r: 8, t: 6, b: 42 }, xaxis: { title: title("prey of generation") },
       yaxis: { title: title("predators of generation") } });
-    Plotly.react(place, x.length > 1 && y.length > 1 ? [heat, both, here] : [heat], layout, QUIET);
+    plotly().react(place, x.length > 1 && y.length > 1 ? [heat, both, here] : [heat], layout, QUIET);
     if (this.player && !place.dataset.clicks) {
       place.dataset.clicks = "true";
       place.on("plotly_click", ({ points }) => {
@@ -133,6 +139,6 @@ class Charts {
   // Mark the cell of the current match.
   mark() {
     const place = byId("matrix"), { x, y } = this.#here();
-    if (place.data?.length === 3) Plotly.restyle(place, { x: [x], y: [y] }, [2]);
+    if (place.data?.length === 3) plotly().restyle(place, { x: [x], y: [y] }, [2]);
   }
 }

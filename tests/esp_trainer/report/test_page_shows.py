@@ -33,7 +33,7 @@ def test_the_picture_shows_what_would_be_voted_for_elsewhere(page_file: Path, op
 
 @pytest.mark.slow
 def test_what_is_drawn_when_it_is_seen_moves_nothing_below(page_file: Path, open_page: OpenPage) -> None:
-    tab = open_page(page_file)
+    tab = open_page(page_file, near=True)
     place = "() => document.querySelector('#moments').getBoundingClientRect().top + scrollY"
     before = tab(place)
     tab.page.locator(".wants canvas").scroll_into_view_if_needed()
@@ -43,7 +43,7 @@ def test_what_is_drawn_when_it_is_seen_moves_nothing_below(page_file: Path, open
 
 @pytest.mark.slow
 def test_it_follows_the_mouse_the_focus_and_the_choice(page_file: Path, open_page: OpenPage) -> None:
-    tab = open_page(page_file)
+    tab = open_page(page_file, near=True)
     picture, says = tab.page.locator(".wants canvas"), tab.page.locator(".wants figcaption")
     picture.scroll_into_view_if_needed()
     tab.until("document.querySelector('.wants figcaption').textContent.startsWith('What network 1 of predator 0')")
@@ -138,7 +138,7 @@ def test_curves_are_compared_over_the_same_generations(page_file: Path, open_pag
 @pytest.mark.slow
 def test_charts_are_drawn_when_they_come_near_and_for_a_print(page_file: Path, open_page: OpenPage) -> None:
     """To draw all as the page opens takes half a second."""
-    tab, places = open_page(page_file), ".charts figure > div, #matrix"
+    tab, places = open_page(page_file, near=True), ".charts figure > div, #matrix"
     count = f"[...document.querySelectorAll('{places}')].filter((place) => place.data).length"
     tab.until(f"{count} > 0")
     assert tab(f"() => {count}") < 8
@@ -147,7 +147,7 @@ def test_charts_are_drawn_when_they_come_near_and_for_a_print(page_file: Path, o
     last.scroll_into_view_if_needed()
     tab.until("[...document.querySelectorAll('.charts figure > div')].at(-1).data")
     assert last.bounding_box()["height"] == height, "nothing moves"
-    again = open_page(page_file)
+    again = open_page(page_file, near=True)
     again.page.pdf()
     assert again(f"() => {count}") == 8
     tab.assert_quiet()

@@ -27,7 +27,7 @@ STATE = """() => {
 
 def test_a_page_opens_offline_in_a_moment_and_complains_of_nothing(page_file: Path, open_page: OpenPage) -> None:
     begun = time.perf_counter()
-    tab = open_page(page_file)
+    tab = open_page(page_file, near=True)
     assert time.perf_counter() - begun < 10  # a hang, not a measurement: that is in docs/report.md
     tab.draw_charts()
     assert page_file.stat().st_size < 10e6
@@ -223,7 +223,7 @@ def test_from_a_start_of_ones_own_the_slider_leads_back(page_file: Path, open_pa
 @pytest.mark.slow
 def test_a_click_on_a_cell_of_the_matrix_plays_that_match(page_file: Path, open_page: OpenPage, data_of: Any) -> None:
     matrix = data_of(page_file)["matrix"]
-    tab = open_page(page_file)
+    tab = open_page(page_file, near=True)
     cells = tab.page.locator("#matrix .nsewdrag")
     cells.scroll_into_view_if_needed()
     width, height = cells.bounding_box()["width"], cells.bounding_box()["height"]
@@ -247,7 +247,7 @@ def test_a_click_on_a_cell_of_the_matrix_plays_that_match(page_file: Path, open_
 @pytest.mark.slow
 def test_charts_have_no_bar_of_buttons(page_file: Path, open_page: OpenPage) -> None:
     """It would cover what can be clicked, and offer to upload the chart."""
-    tab = open_page(page_file)
+    tab = open_page(page_file, near=True)
     tab.page.locator("#matrix").hover()
     charts = tab.page.locator(".charts figure > div, #matrix")
     assert charts.count() == 8
@@ -358,7 +358,7 @@ def test_it_fits_a_phone(page_file: Path, open_page: OpenPage) -> None:
 def test_predators_of_one_run_meet_prey_of_another(
     runs: list[Path], pages_file: Path, open_page: OpenPage, data_of: Any
 ) -> None:
-    tab = open_page(pages_file)
+    tab = open_page(pages_file, near=True)
     assert tab.page.locator("h1").inner_text() == "seed0 and 1 more"
     assert "of other seeds" in tab.page.locator("#story").text_content()
     tab.page.locator("#prey-run").select_option("1")

@@ -93,7 +93,7 @@ def test_the_charts_have_no_scale_of_fractions() -> None:
 def test_the_page_opens_without_a_player(open_page: Callable[..., Any], tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     file.write_text(run_page([run(8, 2)]), "utf-8")
-    tab = open_page(file)
+    tab = open_page(file, near=True)
     tab.until("document.querySelector('#matrix .plot-container')")
     tab.assert_quiet()
     assert tab("() => document.getElementById('play').hidden")
