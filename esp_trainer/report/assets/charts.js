@@ -28,7 +28,9 @@ function layoutOf(layout) {
   };
 }
 
-// Return Plotly, which takes a second to start. It starts with the first chart, when the page is there.
+const afterNextFrame = (work) => requestAnimationFrame(() => setTimeout(work));
+
+// Return Plotly, which takes a second to start. It starts with the first chart, when the rest of the page is shown.
 function plotly() {
   if (!window.Plotly) document.head.append(element("script", { textContent: byId("plotly").textContent }));
   return window.Plotly;
@@ -37,7 +39,7 @@ function plotly() {
 class Charts {
   #drawings = new Map(); // what draws each place
   #near = new IntersectionObserver((places) => {
-    for (const { target, isIntersecting } of places) if (isIntersecting) this.#drawNow(target);
+    for (const { target, isIntersecting } of places) if (isIntersecting) afterNextFrame(() => this.#drawNow(target));
   }, { rootMargin: "50%" });
 
   constructor(data, player) {

@@ -137,7 +137,8 @@ def test_curves_are_compared_over_the_same_generations(page_file: Path, open_pag
 
 @pytest.mark.slow
 def test_charts_are_drawn_when_they_come_near_and_for_a_print(page_file: Path, open_page: OpenPage) -> None:
-    """To draw all as the page opens takes half a second."""
+    """To draw all as the page opens takes half a second, and to start Plotly another one."""
+    assert not open_page(page_file)("() => 'Plotly' in window")
     tab, places = open_page(page_file, near=True), ".charts figure > div, #matrix"
     count = f"[...document.querySelectorAll('{places}')].filter((place) => place.data).length"
     tab.until(f"{count} > 0")
