@@ -181,8 +181,8 @@ def open_page(browser: Browser) -> Iterator[Callable[..., Tab]]:
     """``open_page(file, at, **context)``: a tab without a network, 1280 by 900 pixels if not told otherwise.
 
     ``at`` is the hash of its address. The reader asked for little motion, so the chase stands still until it is played.
-    Charts and weights are drawn when they are ``near`` the visible part, if the test says that they can be: to start
-    Plotly takes three quarters of the time in which a page opens.
+    What is drawn only near the visible part, as charts are, is drawn only with ``near=True``: Plotly, which draws
+    charts, takes three quarters of the CPU time in which a page opens.
     """
     contexts = []
 
