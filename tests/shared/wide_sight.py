@@ -1,4 +1,4 @@
-"""An observation of one's own that several files of tests use, as each needs a kernel that takes ten seconds to compile."""
+"""An observation of one's own that several files of tests use: its kernel takes ten seconds to compile."""
 
 from __future__ import annotations
 
