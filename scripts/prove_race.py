@@ -1,9 +1,9 @@
 """Does the race go on? The runs of ``docs/race-protocol.md``, from nothing to ``docs/race.md``.
 
-Each task has a sweep of conditions and one of held-out opponents, ``race/*.toml``. The script does the runs whose
-measurements are not kept yet, measures them, keeps that, a condition a file, and writes the page. It can be
-stopped at any moment and started again. The whole takes many hours on two cores; ``--quick`` does all of it in small,
-to see that it works (its figures mean nothing).
+Each task has a sweep of conditions and one of held-out opponents, ``race/*.toml``; one task also has long runs. The
+script does the runs whose measurements are not kept yet, measures them, keeps that, a condition a file, and writes the
+page. It can be stopped at any moment and started again. The whole takes many hours on two cores; ``--quick`` does all
+of it in small, to see that it works (its figures mean nothing).
 
     python scripts/prove_race.py                          # into docs/
     python scripts/prove_race.py --only race paper        # these conditions first
@@ -40,7 +40,8 @@ def main() -> None:
     options = parser.read()
     kept = options.out / "race" / "data"
     for task in options.tasks:
-        panel, plan = (_plan(f"{kind}-{task}", options.quick) for kind in ("panel", "conditions"))
+        panel = _plan(f"panel-{task}", options.quick)
+        plan = [run for kind in ("conditions", "long") for run in _plan(f"{kind}-{task}", options.quick)]
         for condition in () if options.report or options.late else dict.fromkeys(run.cell for run in plan):
             if not options.only or condition in options.only:
                 runs = [run for run in plan if run.cell == condition]
@@ -51,7 +52,8 @@ def main() -> None:
 
 
 def _plan(name: str, quick: bool) -> list[PlannedRun]:
-    plan = read_plan(PLACE / f"{name}.toml")
+    file = PLACE / f"{name}.toml"
+    plan = read_plan(file) if file.exists() else []
     if not quick:
         return plan
     small = [run for run in plan if _rank(run, plan) < 3]

@@ -22,7 +22,7 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 TASKS = ["3v1", "3v2", "steppe"]
 sys.path.insert(0, str(SCRIPTS))
 
-from race import endpoints, late  # noqa: E402
+from race import endpoints, late, long  # noqa: E402
 from race.alive import Alive  # noqa: E402
 from race.measure import gather, kept_rows, measured_file  # noqa: E402
 from race.report import write  # noqa: E402
@@ -65,6 +65,22 @@ def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
     same = np.stack([np.where(np.eye(5)[i], np.nan, np.linspace(0, 1, 6)[:, None]) for i in range(5)])
     alike = late.gain(same, half=False)
     assert (alike.low, alike.mean, alike.high) == pytest.approx((1, 1, 1)), "runs that are alike leave no doubt"
+
+
+def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
+    """Four runs of 20 generations, twelve of them measured: the last tenth is generations 18 and 19."""
+    caught = np.full((4, 20), 0.5)
+    caught[0, 18:], caught[1, 18:] = 0.04, 0.96
+    caught[2, :18], caught[2, 18:] = 0.0, (0.04, 0.08)
+    rising, level = np.linspace(0.2, 0.6, 12), np.full(12, 0.6)
+    predators = np.stack([rising, rising, rising, rising])[..., None].repeat(6, axis=2)
+    escaped = np.stack([level, level, rising, level])[..., None].repeat(6, axis=2)
+    arrays = measured(predators.tolist()) | measured((1 - escaped).tolist(), "prey")
+    arrays |= {"caught": caught, "config": np.array([json.dumps({"seed": seed}) for seed in (7, 8, 9, 10)])}
+    assert long.outcomes(arrays) == ["won by the prey", "won by the predators", "goes on", "levels off"]
+    told = long.tell(arrays)
+    assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
+    assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
 
 
 def test_the_lesser_gain_is_tested_against_runs_read_backwards() -> None:
@@ -126,6 +142,13 @@ def test_conditions_are_what_the_protocol_says(task: str) -> None:
     assert configs["no-memory"].esp == race.esp.replace(memory=0.0, prior_trials=0.0)
     protocol = (SCRIPTS.parent / "docs" / "race-protocol.md").read_text()
     assert all(f"`{name}`" in protocol for name in configs)
+
+
+def test_long_runs_are_the_recommended_preset_on_seeds_of_their_own() -> None:
+    runs = read_plan(SCRIPTS / "race" / "long-steppe.toml")
+    steppe = preset("race-steppe").replace(generations=10_000)
+    assert [run.config for run in runs] == [steppe.replace(seed=seed) for seed in range(120, 125)]
+    assert {run.cell for run in runs} == {long.CONDITION}
 
 
 def test_conditions_keep_genes_small_after_breeding_as_esp_does() -> None:

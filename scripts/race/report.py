@@ -11,7 +11,7 @@ import numpy as np
 from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
-from race import endpoints, late, tables
+from race import endpoints, late, long, tables
 from race.figures import draw
 from race.measure import Arrays
 from race.text import HEAD, METHOD, TASK_TITLES
@@ -131,7 +131,8 @@ def _course(arrays: Arrays, role: Role) -> str:
     return "do not measurably improve in the second half"
 
 
-def _of_task(task: str, found: Task, against_late: str | None) -> str:
+def _of_task(task: str, every: Task, against_late: str | None) -> str:
+    found = {name: arrays for name, arrays in every.items() if name != long.CONDITION}
     return "\n\n".join(
         [
             f"## {TASK_TITLES[task]}",
@@ -142,6 +143,7 @@ def _of_task(task: str, found: Task, against_late: str | None) -> str:
                 else []
             ),
             *([_growing(found["growing-steps"])] if "growing-steps" in found else []),
+            *([long.tell(every[long.CONDITION])] if long.CONDITION in every else []),
             f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
             "Levels at the end of the run, mean over seeds [95% interval].",
             tables.by_condition(found, tables.LEVELS),

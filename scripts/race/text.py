@@ -5,7 +5,7 @@ HEAD = """# Does the race go on?
 {answer}
 
 `python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
-[the protocol](race-protocol.md), written before the runs, changed once and extended three times, as it tells; what is
+[the protocol](race-protocol.md), written before the runs, changed once and extended four times, as it tells; what is
 planned there and missing here has not been run yet. Every figure is measured against opponents that stand still. The
 *panel* is 20 runs that nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the
 first zoo's held-out teams, which are older than the race (there are none for `steppe`), and the *scripts* are those of
