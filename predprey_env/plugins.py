@@ -71,7 +71,7 @@ def find_object(part: str, place: str, name: str = "") -> Any:
         raise PartError(f"{needed}: {error_line(error)}{hint}") from None
 
 
-def call_method(what: str, part: Any, method: str, *arguments: object) -> Any:
+def call_method(what: str, part: object, method: str, *arguments: object) -> Any:
     """Return what a method of a user's part returns.
 
     Args:

@@ -44,11 +44,11 @@ class Settings(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _without_numpy(cls, fields: Any) -> Any:
+    def _without_numpy(cls, fields: object) -> object:
         return {name: plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
 
     @classmethod
-    def from_dict(cls, fields: Any) -> Self:
+    def from_dict(cls, fields: object) -> Self:
         """Make settings from nested plain dictionaries, as JSON holds them."""
         if not isinstance(fields, dict):
             raise ValueError(f"{cls.__name__} must be a mapping of fields, got {fields!r}")
@@ -67,12 +67,12 @@ class Settings(BaseModel):
         return type(self)(**whole)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """Return the Python value of a NumPy scalar or of a zero-dimensional array; return any other value unchanged."""
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 
-def whole_number(name: str, value: Any, least: int) -> int:
+def whole_number(name: str, value: object, least: int) -> int:
     """Return a value as a Python integer; it may be a NumPy integer.
 
     Raises :class:`ValueError` for any other type and for a number below ``least``.
@@ -83,7 +83,7 @@ def whole_number(name: str, value: Any, least: int) -> int:
     return number
 
 
-def whole_numbers(name: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+def whole_numbers(name: str, values: object, shape: tuple[int, ...]) -> np.ndarray:
     """Return values as an array of integers of their own integer type.
 
     Raises :class:`ValueError` for values of another shape, and for anything but integers.

@@ -127,19 +127,19 @@ def _observe(sight, world, moved, agent, rules, out, row):  # type: ignore[no-un
     )
 
 
-def options_of(sight: Any) -> dict[str, Any]:
+def options_of(sight: object) -> dict[str, Any]:
     """Return the fields of :class:`~predprey_env.EnvConfig`, by name, that give a world this sight."""
     if isinstance(sight, Sight):
         return {f"see_{name}": value for name, value in sight._asdict().items()}
     return {"observation": sight_name(sight), **{f"see_{name}": False for name in Sight._fields}}
 
 
-def sight_name(sight: Any) -> str:
+def sight_name(sight: object) -> str:
     """Return the name of a user's sight, ``module:Class``."""
     return f"{type(sight).__module__}:{type(sight).__qualname__}"
 
 
-def sight_class(name: str) -> type[Any]:
+def sight_class(name: str) -> type:
     """Return the class of a sight by its name in :data:`SIGHTS`, or as ``module:Class``.
 
     Raises :class:`ValueError`, in one line, if there is no such class, or if it does not follow the protocol

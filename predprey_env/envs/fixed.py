@@ -18,7 +18,7 @@ def read_only(name: str, way: str = "make another environment", kept: str = "") 
     Setting it raises an :class:`AttributeError` that says what to do instead.
     """
 
-    def refuse(env: Any, value: Any) -> None:  # noqa: ARG001
+    def refuse(env: object, value: object) -> None:  # noqa: ARG001
         raise AttributeError(f"{name} is read-only; {way}")
 
     return property(attrgetter(kept or f"_{name}"), refuse)

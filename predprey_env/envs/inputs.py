@@ -45,7 +45,7 @@ def read_actions(actions: Any, n_worlds: int, n_agents: int, n_actions: int) -> 
     return np.ascontiguousarray(chosen, np.int32).reshape(n_worlds, n_agents)
 
 
-def read_mask(mask: Any, n_worlds: int, n_rows: int) -> WorldIndices:
+def read_mask(mask: object, n_worlds: int, n_rows: int) -> WorldIndices:
     """Return the indices of the worlds whose rows a reset mask marks, or of all worlds without a mask."""
     if mask is None:
         return np.arange(n_worlds)
@@ -58,7 +58,7 @@ def read_mask(mask: Any, n_worlds: int, n_rows: int) -> WorldIndices:
     return np.flatnonzero(by_world[:, 0])
 
 
-def read_seed(seed: Any) -> int | None:
+def read_seed(seed: object) -> int | None:
     """Return a seed as a Python integer, or None if there is none. True is 1, as in Gymnasium."""
     return None if seed is None else index(plain(seed))
 

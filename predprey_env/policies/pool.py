@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def as_pool(opponents: Opponents) -> OpponentPool:
     return OpponentPool(opponents if isinstance(opponents, list | tuple) else [opponents])  # type: ignore[list-item]
 
 
-def _numbers(weights: Any) -> np.ndarray:
+def _numbers(weights: object) -> np.ndarray:
     try:
         return np.asarray(weights, np.float64)
     except (TypeError, ValueError):

@@ -14,7 +14,6 @@ from numbers import Real
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen
 from tempfile import TemporaryDirectory, TemporaryFile
-from typing import Any
 
 import numpy as np
 
@@ -70,7 +69,7 @@ def check_encoder(path: Path) -> None:
             import PIL  # noqa: F401
 
 
-def _read_rate(fps: Any) -> float:
+def _read_rate(fps: object) -> float:
     number = plain(fps)
     try:
         rate = float(number) if isinstance(number, Real | Decimal) and not isinstance(number, bool) else inf

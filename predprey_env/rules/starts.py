@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -63,7 +62,7 @@ def _find_shared(starts: Array, n_predators: int, found: Array) -> None:
                 found[start, prey] |= same_column and starts[start, predator, 1] == starts[start, at, 1]
 
 
-def given_starts(starts: Any, config: EnvConfig, *n_starts: int) -> Starts:
+def given_starts(starts: object, config: EnvConfig, *n_starts: int) -> Starts:
     """Return starts that the caller chose, int32 ``(*n_starts, n_agents, 2)``.
 
     Raises :class:`ValueError` if they have another shape, are not integers, or lie outside the world.
