@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from esp_trainer.analysis.inference import Comparison, compare, holm, summary
+from esp_trainer.analysis.inference import compare, summary
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
 from race import endpoints, late, long, tables
@@ -150,7 +149,8 @@ def _of_task(task: str, every: Task, against_late: str | None) -> str:
             "Gains against the panel: the last sixth of the generations less the first.",
             tables.by_condition(found, tables.GAINS),
             *([against_late] if against_late else []),
-            *([_contrasts(found)] if "race" in found and len(found) > 1 else []),
+            *([_CONTRASTS, tables.contrasts(found)] if "race" in found and len(found) > 1 else []),
+            "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table).",
             tables.lesser_gains(found),
             *(
                 [
@@ -206,8 +206,8 @@ def _splitting(found: Task, who: str) -> str:
         late = compare(*(endpoints.gains(each, role, half=True).mean(axis=1) for each in (split, whole)))
         reached = compare(*(endpoints.level(each, role, "panel") for each in (split, whole)))
         verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
-        told = f"by {_difference(late)} (p {late.p:.2g} without correction), and their level at the end by "
-        return told + _difference(reached), verdict
+        told = f"by {tables.difference(late)} (p {late.p:.2g} without correction), and their level at the end by "
+        return told + tables.difference(reached), verdict
 
     (prey, holds), (predators, holds_too) = larger("prey"), larger("predators")
     return (
@@ -240,47 +240,10 @@ def _growing(arrays: Arrays) -> str:
     )
 
 
-def _difference(found: Comparison) -> str:
-    return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
-
-
-def _contrasts(found: Task) -> str:
-    """Return a table of `race` less each other condition, at the end of the run and in its second half."""
-    others = [name for name in found if name != "race"]
-    measures = {
-        f"{role}, {what}": measure
-        for role in ROLES
-        for what, measure in (("level", _reached(role)), ("2nd half", _late(role)))
-    }
-    cells = {
-        name: [compare(measure(found["race"]), measure(found[name])) for measure in measures.values()]
-        for name in others
-    }
-    corrected = iter(holm([each.p for row in cells.values() for each in row]))
-    title = (
-        "`race` less each other condition, against the panel: Hodges-Lehmann differences between seeds [95% interval], "
-        "and p of the rank test (Holm over this table)."
-    )
-    lines = [
-        title,
-        "",
-        "| condition | " + " | ".join(measures) + " |",
-        "| --- |" + " --- |" * len(measures),
-    ]
-    for name, row in cells.items():
-        told = (f"{_difference(each)}, p {next(corrected):.2g}" for each in row)
-        lines.append(f"| `{name}` | {' | '.join(told)} |")
-    return "\n".join(lines)
-
-
-def _reached(role: Role) -> Callable[[Arrays], np.ndarray]:
-    return lambda arrays: endpoints.level(arrays, role, "panel")
-
-
-def _late(role: Role) -> Callable[[Arrays], np.ndarray]:
-    return lambda arrays: np.asarray(endpoints.gains(arrays, role, half=True).mean(axis=1))
-
-
+_CONTRASTS = (
+    "`race` less each other condition, against the panel: Hodges-Lehmann differences between seeds [95% interval], "
+    "and p of the rank test (Holm over this table)."
+)
 _EXPLOITERS = (
     "What the runs' own exploiters reach within 20 generations against the champion of the moment: prey caught by "
     "exploiting predators, prey not caught of exploiting prey; means of three exploiters in turn."

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from esp_trainer.analysis.inference import holm, summary
+import numpy as np
+from study import table
+
+from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.measure import Arrays
@@ -57,28 +60,56 @@ EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
 
 def by_condition(found: dict[str, Arrays], columns: dict[str, Column]) -> str:
     """Return a table with a row for each condition."""
-    lines = ["| condition | " + " | ".join(columns) + " |", "| --- |" + " --- |" * len(columns)]
-    for name, arrays in found.items():
-        lines.append(f"| `{name}` | " + " | ".join(column(arrays) for column in columns.values()) + " |")
-    return "\n".join(lines)
+    rows = [[f"`{name}`", *(column(arrays) for column in columns.values())] for name, arrays in found.items()]
+    return table(["condition", *columns], rows)
 
 
 def lesser_gains(found: dict[str, Arrays]) -> str:
     """Return a table of the lesser side's gain, tested against runs that are read backwards."""
-    rows = []
+    tests = {}
     for half in (False, True):
-        for arrays in found.values():
-            both = [endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES]
-            rows.append(endpoints.lesser_gain(*both))
-    corrected = holm([p for _, p in rows])
-    lines = [
-        "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table).",
-        "",
-        "| condition | whole run | p | 2nd half | p |",
-        "| --- | --- | --- | --- | --- |",
+        for name, arrays in found.items():
+            both = (endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES)
+            tests[name, half] = endpoints.lesser_gain(*both)
+    corrected = dict(zip(tests, holm([p for _, p in tests.values()]), strict=True))
+    rows = [
+        [f"`{name}`", *(told for half in (False, True) for told in _lesser(tests[name, half], corrected[name, half]))]
+        for name in found
     ]
-    for i, name in enumerate(found):
-        j = i + len(found)
-        cells = f"{rows[i][0]:+.3f} | {corrected[i]:.2g} | {rows[j][0]:+.3f} | {corrected[j]:.2g}"
-        lines.append(f"| `{name}` | {cells} |")
-    return "\n".join(lines)
+    return table(["condition", "whole run", "p", "2nd half", "p"], rows)
+
+
+def _lesser(test: tuple[float, float], p: float) -> tuple[str, str]:
+    return f"{test[0]:+.3f}", f"{p:.2g}"
+
+
+def contrasts(found: dict[str, Arrays]) -> str:
+    """Return a table of `race` less each other condition, at the end of the run and in its second half."""
+    measures = {
+        f"{role}, {what}": measure
+        for role in ROLES
+        for what, measure in (("level", _reached(role)), ("2nd half", _late(role)))
+    }
+    cells = {
+        name: [compare(measure(found["race"]), measure(arrays)) for measure in measures.values()]
+        for name, arrays in found.items()
+        if name != "race"
+    }
+    corrected = iter(holm([each.p for row in cells.values() for each in row]))
+    rows = [
+        [f"`{name}`", *(f"{difference(each)}, p {next(corrected):.2g}" for each in row)] for name, row in cells.items()
+    ]
+    return table(["condition", *measures], rows)
+
+
+def difference(found: Comparison) -> str:
+    """Return a difference between seeds with its interval."""
+    return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
+
+
+def _reached(role: Role) -> Callable[[Arrays], np.ndarray]:
+    return lambda arrays: endpoints.level(arrays, role, "panel")
+
+
+def _late(role: Role) -> Callable[[Arrays], np.ndarray]:
+    return lambda arrays: np.asarray(endpoints.gains(arrays, role, half=True).mean(axis=1))
