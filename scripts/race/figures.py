@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from esp_trainer.analysis import plots
+from esp_trainer.analysis.inference import compare
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.measure import Arrays
@@ -16,10 +17,15 @@ Curves = Callable[[Arrays, Role], tuple[np.ndarray, np.ndarray]]
 """Returns the generations, ``(n,)``, and what each seed's side reached in them, ``(n_seeds, n)``."""
 
 
-def draw(task: str, found: dict[str, Arrays], place: Path) -> None:
-    """Draw what the conditions of a task reach against the panel, by fresh evolution and by their own exploiters."""
+def draw(task: str, every: dict[str, Arrays], shown: Sequence[str], place: Path) -> None:
+    """Draw what the conditions of a task reach against the panel, by fresh evolution and by their own exploiters, and
+    how far all conditions stay behind `race`; curves of the conditions ``shown`` alone, or of all if none is there.
+    """
+    found = {name: every[name] for name in shown if name in every} or every
     _draw(found, _level, "", "generation", "against the panel", place / f"level-{task}.png")
     _draw(found, _exploited, "fresh ", "generation of the frozen side", "reached", place / f"exploited-{task}.png")
+    if "race" in found and len(every) > 1:
+        _differences(every, place / f"differences-{task}.png")
     if own := {name: arrays for name, arrays in found.items() if "exploited.prey" in arrays}:
         file = place / f"exploiters-{task}.png"
         _draw(own, _exploiters, "exploiting ", "generation", "against the champion", file, window=3)
@@ -51,4 +57,20 @@ def _draw(
             data |= {"generation": x} | {f"{role}, {name}: {part}": each for part, each in drawn.items()}
         panel.set(title=who + role, xlabel=x_label, ylabel=y_label, ylim=(0, 1))
     plots.legend_above(axes[0])
+    plots.save(figure, file, data)
+
+
+def _differences(found: dict[str, Arrays], file: Path) -> None:
+    """Draw how much lower each condition ends than `race`, a row a condition."""
+    names = [name for name in found if name != "race"][::-1]
+    figure, axes = plots.panels(2, width=4.6, height=0.9 + 0.25 * len(names), columns=2)
+    data: dict[str, Sequence[object]] = {"condition": names}
+    for panel, role in zip(axes, ROLES, strict=True):
+        levels = {name: endpoints.level(arrays, role, "panel") for name, arrays in found.items()}
+        each = [compare(levels[name], levels["race"]) for name in names]
+        ends = np.array([(one.low, one.difference, one.high) for one in each]).T
+        panel.errorbar(ends[1], names, xerr=(ends[1] - ends[0], ends[2] - ends[1]), fmt="o", color=plots.COLOURS[0])
+        panel.axvline(0, color="0.6", linewidth=0.8)
+        panel.set(title=role, xlabel="level against the panel, less that of race")
+        data |= {f"{role}: {part}": row.tolist() for part, row in zip(("low", "difference", "high"), ends, strict=True)}
     plots.save(figure, file, data)

@@ -41,7 +41,7 @@ def write(kept: Path, out: Path) -> None:
     runs = sum(len(a["config"]) for found in tasks.values() for a in found.values())
     parts = [HEAD.format(runs=runs, answer=_in_short(tasks))]
     for task, found in tasks.items():
-        draw(task, {name: found[name] for name in FIRST if name in found} or found, kept.parent)
+        draw(task, _without_long(found), FIRST, kept.parent)
         parts += [_of_task(task, found, late.tell(late.file(kept, task)))]
     parts.append(METHOD)
     write_text(out / "race.md", "\n\n".join(parts) + "\n")
@@ -130,42 +130,49 @@ def _course(arrays: Arrays, role: Role) -> str:
     return "do not measurably improve in the second half"
 
 
+def _without_long(found: Task) -> Task:
+    """Return the conditions that are as long as the protocol's."""
+    return {name: arrays for name, arrays in found.items() if name != long.CONDITION}
+
+
 def _of_task(task: str, every: Task, against_late: str | None) -> str:
-    found = {name: arrays for name, arrays in every.items() if name != long.CONDITION}
-    return "\n\n".join(
-        [
-            f"## {TASK_TITLES[task]}",
-            *([_answer(found["race"])] if "race" in found else []),
-            *(
-                [_splitting(found, "a prey" if task == "3v1" else "an agent")]
-                if {"race", "race-monolithic"} <= found.keys()
-                else []
-            ),
-            *([_growing(found["growing-steps"])] if "growing-steps" in found else []),
-            *([long.tell(every[long.CONDITION])] if long.CONDITION in every else []),
-            f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
-            "Levels at the end of the run, mean over seeds [95% interval].",
-            tables.by_condition(found, tables.LEVELS),
-            "Gains against the panel: the last sixth of the generations less the first.",
-            tables.by_condition(found, tables.GAINS),
-            *([against_late] if against_late else []),
-            *([_CONTRASTS, tables.contrasts(found)] if "race" in found and len(found) > 1 else []),
-            "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table).",
-            tables.lesser_gains(found),
-            *(
-                [
-                    f"![What exploiters reach against the champion, by generation](race/exploiters-{task}.png)",
-                    _EXPLOITERS,
-                ]
-                * _has_exploiters(found)
-            ),
-            f"![What fresh teams reach against frozen champions, by their generation](race/exploited-{task}.png)",
-            "What fresh evolution reaches against the champions of the first, the middle and the last third.",
-            tables.by_condition(found, tables.EXPLOITED),
-            "Behaviours, rate beyond chance, mean over the generations.",
-            tables.by_condition(found, {name: tables.behaviour(name) for name in TRACKED[task]}),
+    found = _without_long(every)
+    parts = [f"## {TASK_TITLES[task]}"]
+    if "race" in found:
+        parts.append(_answer(found["race"]))
+    if {"race", "race-monolithic"} <= found.keys():
+        parts.append(_splitting(found, "a prey" if task == "3v1" else "an agent"))
+    if "growing-steps" in found:
+        parts.append(_growing(found["growing-steps"]))
+    if long.CONDITION in every:
+        parts.append(long.tell(every[long.CONDITION]))
+    parts += [
+        f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
+        "Levels at the end of the run, mean over seeds [95% interval].",
+        tables.by_condition(found, tables.LEVELS),
+        "Gains against the panel: the last sixth of the generations less the first.",
+        tables.by_condition(found, tables.GAINS),
+    ]
+    if against_late:
+        parts.append(against_late)
+    if "race" in found and len(found) > 1:
+        parts += [
+            f"![How far each condition ends from `race`](race/differences-{task}.png)",
+            _CONTRASTS,
+            tables.contrasts(found),
         ]
-    )
+    parts += [_LESSER, tables.lesser_gains(found)]
+    if any("exploited.prey" in arrays for arrays in found.values()):
+        figure = f"![What exploiters reach against the champion, by generation](race/exploiters-{task}.png)"
+        parts += [figure, _EXPLOITERS]
+    parts += [
+        f"![What fresh teams reach against frozen champions, by their generation](race/exploited-{task}.png)",
+        "What fresh evolution reaches against the champions of the first, the middle and the last third.",
+        tables.by_condition(found, tables.EXPLOITED),
+        "Behaviours, rate beyond chance, mean over the generations.",
+        tables.by_condition(found, {name: tables.behaviour(name) for name in TRACKED[task]}),
+    ]
+    return "\n\n".join(parts)
 
 
 def _answer(arrays: Arrays) -> str:
@@ -244,11 +251,8 @@ _CONTRASTS = (
     "`race` less each other condition, against the panel: Hodges-Lehmann differences between seeds [95% interval], "
     "and p of the rank test (Holm over this table)."
 )
+_LESSER = "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table)."
 _EXPLOITERS = (
     "What the runs' own exploiters reach within 20 generations against the champion of the moment: prey caught by "
     "exploiting predators, prey not caught of exploiting prey; means of three exploiters in turn."
 )
-
-
-def _has_exploiters(found: Task) -> bool:
-    return any("exploited.prey" in arrays for arrays in found.values())
