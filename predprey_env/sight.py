@@ -129,7 +129,7 @@ def _observe(sight, world, moved, agent, rules, out, row):  # type: ignore[no-un
 
 def options_of(sight: object) -> dict[str, Any]:
     """Return the fields of :class:`~predprey_env.EnvConfig`, by name, that give a world this sight."""
-    if isinstance(sight, Sight):
+    if type(sight) is Sight:
         return {f"see_{name}": value for name, value in sight._asdict().items()}
     return {"observation": sight_name(sight), **{f"see_{name}": False for name in Sight._fields}}
 

@@ -223,7 +223,7 @@ class Team:
 
 def _sight_header(sight: AnySight) -> dict[str, Any]:
     """Return the part of a team's file about its sight: options of the paper's sight, or the name of a user's own."""
-    return {"sight": sight._asdict()} if isinstance(sight, Sight) else {"observation": sight_name(sight)}
+    return {"sight": sight._asdict()} if type(sight) is Sight else {"observation": sight_name(sight)}
 
 
 def _read_sight(header: dict[str, Any]) -> AnySight:

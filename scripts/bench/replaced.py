@@ -23,7 +23,7 @@ LIMIT = 3.0
 REPLACED_PARTS: dict[str, dict[str, Any]] = {
     **{f"`{name}` controllers": {"controller": name} for name in ("monolithic", "combiner", "double", "central")},
     **{f"`{name}` networks": {"network": name} for name in NETWORKS if name != "feedforward"},
-    "networks of a user, with the arithmetic of the paper's": {"network": "bench.own_network:OwnNetwork"},
+    "networks of a user, with the arithmetic of the paper's": {"network": "bench.own_parts:OwnNetwork"},
 }
 
 
@@ -39,7 +39,7 @@ def _playing(scale: TrainerScale) -> list[Row]:
         name: plain.replace(**dict.fromkeys(ROLES, plain.predators.replace(**p))) for name, p in REPLACED_PARTS.items()
     }
     configs["everything seen (`see_*`)"] = plain.replace(env=plain.env.replace(**dict.fromkeys(SIGHT_OPTIONS, True)))
-    own = plain.env.replace(observation="bench.own_sight:OwnSight")
+    own = plain.env.replace(observation="bench.own_parts:OwnSight")
     configs["an observation of a user, with the arithmetic of the paper's"] = plain.replace(env=own)
     compiling = {name: _first_seconds(config) for name, config in configs.items()}
     taken = side_by_side({"": _trials(plain), **{n: _trials(c) for n, c in configs.items()}}, scale.repetitions)

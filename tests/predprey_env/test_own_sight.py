@@ -32,6 +32,8 @@ from predprey_env import (
 )
 from predprey_env.jit import as_float, rule, store
 from predprey_env.policies import ScriptedTeam
+from predprey_env.rules.observation import offsets_seen
+from predprey_env.sight import Sight, options_of
 
 HERE = __name__
 TINY = {"n_predators": 3, "n_prey": 2, "size": 7, "max_cycles": 12}
@@ -160,6 +162,20 @@ def test_a_team_keeps_its_sight_in_its_file(tmp_path: Path) -> None:
     loaded.check_fits("predators", EnvConfig(**TINY))
     with pytest.raises(ValueError, match=r"^this world has 3 prey, got predators evolved against 2$"):
         loaded.check_fits("predators", EnvConfig(**{**TINY, "n_prey": 3}))
+
+
+class Blurred(Sight):
+    """The paper's observation as a class of its own, which may have another rule."""
+
+
+observe.register(Blurred, offsets_seen)
+
+
+def test_a_class_derived_from_the_papers_observation_is_another(tmp_path: Path) -> None:
+    env = EnvConfig(observation=f"{HERE}:Blurred")
+    assert type(EnvConfig(**options_of(env.sight)).sight) is Blurred
+    champion(preset("paper-3v2").replace(env=env)).save(tmp_path / "team.safetensors")
+    assert type(Team.load(tmp_path / "team.safetensors").sight) is Blurred
 
 
 def test_a_team_whose_sight_is_gone_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
