@@ -1,4 +1,4 @@
-"""A network and an observation from outside the packages; their rules are the paper's, so that costs can be compared."""
+"""A network and an observation from outside the packages, with the paper's rules, so that costs can be compared."""
 
 from __future__ import annotations
 

@@ -69,9 +69,7 @@ def _n_genes(config: RunConfig) -> int:
     found = 0
     for role in ROLES:
         each, n_agents = side_controller(config, role), config.env.team(role).n_agents
-        of_others = (
-            each.n_together - 1
-        ) * each.n_actions  # output weights for the other agents of a central controller
+        of_others = (each.n_together - 1) * each.n_actions  # output weights of a central controller's other agents
         found += n_agents * each.n_hidden * sum(n - of_others for n in each.used_genes)
     return found
 

@@ -11,6 +11,8 @@ from esp_trainer.types import Role
 from race.measure import PER_RUN, Arrays
 
 RESAMPLES = 10_000
+ENOUGH = 10
+"""Runs from which an interval drawn from runs is taken at its word."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,13 @@ def lesser_gain(predators: np.ndarray, prey: np.ndarray, seed: int = 0) -> tuple
 
 def behaviour(arrays: Arrays, name: str) -> np.ndarray:
     """Return the rate of a behaviour beyond chance, mean over the generations, ``(n_seeds,)``."""
+    return np.asarray(np.nanmean(course(arrays, name), axis=1))
+
+
+def course(arrays: Arrays, name: str) -> np.ndarray:
+    """Return the rate of a behaviour beyond chance by generation, ``(n_seeds, n_generations)``."""
     rate, null = np.moveaxis(arrays[f"behaviour.{name}"].astype(float), -1, 0)
-    return np.asarray(np.nanmean(over_chance(rate, null, alone=is_alone(name)), axis=1))
+    return over_chance(rate, null, alone=is_alone(name))
 
 
 def exploited(arrays: Arrays, role: Role) -> np.ndarray:

@@ -32,6 +32,8 @@ PER_RUN = PANEL
 """Champions of each run of the panel."""
 
 Arrays = dict[str, np.ndarray]
+Task = dict[str, Arrays]
+"""The measurements of each condition of a task."""
 
 
 def measured_file(place: Path, run: PlannedRun) -> Path:

@@ -72,15 +72,11 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
             both = (endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES)
             tests[name, half] = endpoints.lesser_gain(*both)
     corrected = dict(zip(tests, holm([p for _, p in tests.values()]), strict=True))
-    rows = [
-        [f"`{name}`", *(told for half in (False, True) for told in _lesser(tests[name, half], corrected[name, half]))]
-        for name in found
-    ]
+    rows = [[f"`{name}`"] for name in found]
+    for half in (False, True):
+        for row, name in zip(rows, found, strict=True):
+            row += [f"{tests[name, half][0]:+.3f}", f"{corrected[name, half]:.2g}"]
     return table(["condition", "whole run", "p", "2nd half", "p"], rows)
-
-
-def _lesser(test: tuple[float, float], p: float) -> tuple[str, str]:
-    return f"{test[0]:+.3f}", f"{p:.2g}"
 
 
 def contrasts(found: dict[str, Arrays]) -> str:

@@ -1,0 +1,83 @@
+"""The answer at the head of ``docs/race.md``."""
+
+from __future__ import annotations
+
+import json
+
+from esp_trainer.types import ROLES, Role
+from race import courses, endpoints
+from race.measure import Arrays, Task
+
+LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
+"""Seeds of `steppe` whose results were known before the last of the twenty ran."""
+
+
+def in_short(tasks: dict[str, Task]) -> str:
+    """Return what became of one prey, and of two on `steppe`, in the recommended setting: a list in Markdown."""
+    steppe = tasks.get("steppe", {})
+    told = [_one_prey(tasks.get("3v1", {}))]
+    if "race-monolithic" in steppe:
+        told.insert(0, _unsplit(steppe["race-monolithic"]))
+    if "race" in steppe:
+        told = [_two_prey(steppe["race"]), courses.in_short(steppe["race"]), *told]
+    return "\n".join(f"- {each}" for each in told if each)
+
+
+def _two_prey(race: Arrays) -> str:
+    n = len(race["config"])
+
+    def gain(role: Role, seeds: slice | list[int] = slice(None)) -> endpoints.Interval:
+        return endpoints.over_runs_and_panel(endpoints.gains(race, role, half=True)[seeds])
+
+    predators, prey = gain("predators"), gain("prey")
+    if n < endpoints.ENOUGH or min(predators.low, prey.low) <= 0:
+        sides = "; ".join(f"the {role} {_course(race, role)}" for role in ROLES)
+        return f"**With two prey on 40 x 40 cells** (`steppe`) {sides} ({n} seeds)."
+    unseen = [i for i, config in enumerate(race["config"]) if json.loads(str(config))["seed"] not in LOOKED_AT]
+    return (
+        f"**Yes, with two prey on 40 x 40 cells** (`race-steppe`, {n} seeds). In the second half of 1,500 generations "
+        f"both sides still improve against opponents that nobody trained on, the predators by {predators} and the "
+        f"prey by {prey}. The number of seeds was fixed before the first run, and {n - len(unseen)} of them were "
+        f"looked at on the way; in the other {len(unseen)} alone the predators gain {gain('predators', unseen)} and "
+        f"the prey {gain('prey', unseen)}."
+    )
+
+
+def _unsplit(arrays: Arrays) -> str:
+    predators, prey = (f"{endpoints.level(arrays, role, 'panel').mean():.2f}" for role in ROLES)
+    return (
+        f"**With one network an agent**, which sees all opponents, in place of one for each (`race-monolithic`, "
+        f"{len(arrays['config'])} seeds), the predators {_course(arrays, 'predators')}, and the prey "
+        f"{_course(arrays, 'prey')}. In the end {prey} of the prey escape, and the predators catch {predators}."
+    )
+
+
+def _one_prey(found: Task) -> str:
+    if not {"race", "paper"} <= found.keys():
+        return "Nothing is measured yet that the recommended setting can be compared with."
+    race, paper = found["race"], found["paper"]
+
+    def reached(arrays: Arrays, role: Role) -> str:
+        return f"{endpoints.level(arrays, role, 'panel').mean():.2f}"
+
+    whole = found.get("race-monolithic")
+    single = f" Of prey with one network that sees all predators, {reached(whole, 'prey')} escape." if whole else ""
+    return (
+        f"**With one prey on the paper's torus** (`race-3v1`, {len(race['config'])} seeds) the prey "
+        f"{_course(race, 'prey')}; the predators {_course(race, 'predators')}. In the end {reached(race, 'prey')} of "
+        f"the prey escape from predators that nobody trained on, and the predators catch {reached(race, 'predators')} "
+        f"of such prey. In the paper's setting {reached(paper, 'prey')} of the prey escape, and the predators catch "
+        f"{reached(paper, 'predators')}.{single}"
+    )
+
+
+def _course(arrays: Arrays, role: Role) -> str:
+    """Return in words what a side gained against the panel in the whole run, and in its second half."""
+    whole, late = (endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)) for half in (False, True))
+    if late.low > 0:
+        return "improve for the whole run" if whole.low > 0 else "improve in its second half only"
+    if late.high < 0:
+        return "improve and then fall back in the second half" if whole.low > 0 else "fall back in the second half"
+    if whole.low > 0:
+        return "improve, but not measurably in the second half"
+    return "do not measurably improve in the second half"
