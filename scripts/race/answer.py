@@ -8,6 +8,12 @@ from esp_trainer.types import ROLES, Role
 from race import courses, endpoints
 from race.measure import Arrays, Task
 
+OTHERS = {
+    "race-monolithic": "With one network an agent**, which sees all opponents, in place of one for each",
+    "bias-pool": "With bias genes and past champions**, and nothing else of the recommended setting",
+    "paper": "In the paper's setting on these cells**",
+}
+"""Conditions of `steppe` that are told of, and the beginnings of what is told."""
 LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 """Seeds of `steppe` whose results were known before the last of the twenty ran."""
 
@@ -15,12 +21,9 @@ LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 def in_short(tasks: dict[str, Task]) -> str:
     """Return what became of one prey, and of two on `steppe`, in the recommended setting: a list in Markdown."""
     steppe = tasks.get("steppe", {})
-    told = [_one_prey(tasks.get("3v1", {}))]
-    if "race-monolithic" in steppe:
-        told.insert(0, _unsplit(steppe["race-monolithic"]))
-    if "race" in steppe:
-        told = [_two_prey(steppe["race"]), courses.in_short(steppe["race"]), *told]
-    return "\n".join(f"- {each}" for each in told if each)
+    told = [_two_prey(steppe["race"]), courses.in_short(steppe["race"])] if "race" in steppe else []
+    told += [_other(name, steppe[name]) for name in OTHERS if name in steppe]
+    return "\n".join(f"- {each}" for each in (*told, _one_prey(tasks.get("3v1", {}))) if each)
 
 
 def _two_prey(race: Arrays) -> str:
@@ -39,17 +42,20 @@ def _two_prey(race: Arrays) -> str:
         f"both sides still improve against opponents that nobody trained on, the predators by {predators} and the "
         f"prey by {prey}. The number of seeds was fixed before the first run, and {n - len(unseen)} of them were "
         f"looked at on the way; in the other {len(unseen)} alone the predators gain {gain('predators', unseen)} and "
-        f"the prey {gain('prey', unseen)}."
+        f"the prey {gain('prey', unseen)}. {_end(race)}"
     )
 
 
-def _unsplit(arrays: Arrays) -> str:
-    predators, prey = (f"{endpoints.level(arrays, role, 'panel').mean():.2f}" for role in ROLES)
-    return (
-        f"**With one network an agent**, which sees all opponents, in place of one for each (`race-monolithic`, "
-        f"{len(arrays['config'])} seeds), the predators {_course(arrays, 'predators')}, and the prey "
-        f"{_course(arrays, 'prey')}. In the end {prey} of the prey escape, and the predators catch {predators}."
-    )
+def _other(name: str, arrays: Arrays) -> str:
+    n, (predators, prey) = len(arrays["config"]), (_course(arrays, role) for role in ROLES)
+    sides = f"both sides {prey}" if predators == prey else f"the predators {predators}, and the prey {prey}"
+    first_look = ", a first look" * (n < endpoints.ENOUGH)
+    return f"**{OTHERS[name]} (`{name}`, {n} seeds{first_look}), {sides}. {_end(arrays)}"
+
+
+def _end(arrays: Arrays) -> str:
+    predators, prey = (endpoints.level(arrays, role, "panel").mean() for role in ROLES)
+    return f"In the end {prey:.2f} of the prey escape, and the predators catch {predators:.2f}."
 
 
 def _one_prey(found: Task) -> str:

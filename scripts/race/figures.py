@@ -71,6 +71,7 @@ def _differences(found: dict[str, Arrays], file: Path) -> None:
         ends = np.array([(one.low, one.difference, one.high) for one in each]).T
         panel.errorbar(ends[1], names, xerr=(ends[1] - ends[0], ends[2] - ends[1]), fmt="o", color=plots.COLOURS[0])
         panel.axvline(0, color="0.6", linewidth=0.8)
+        panel.locator_params(axis="x", nbins=5)
         panel.set(title=role, xlabel="level against the panel, less that of race")
         data |= {f"{role}: {part}": row.tolist() for part, row in zip(("low", "difference", "high"), ends, strict=True)}
     plots.save(figure, file, data)
