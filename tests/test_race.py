@@ -42,19 +42,6 @@ def test_a_gain_is_the_last_sixth_less_the_first_against_the_same_opponent() -> 
     np.testing.assert_allclose(endpoints.level(measured([curve], "prey"), "prey", "panel"), [0.55])
 
 
-def test_an_interval_counts_runs_and_panel_as_samples() -> None:
-    """With one value for each member of the panel, all of the spread is the panel's: sd / sqrt(n) to each side."""
-    members = np.random.default_rng(0).normal(0, 1, 50)
-    table = np.repeat(np.tile(members, (8, 1)), 3, axis=1)
-    found = endpoints.over_runs_and_panel(table, per_run=3)
-    assert found.mean == pytest.approx(members.mean())
-    half = 1.96 * members.std() / np.sqrt(50)
-    assert found.high - found.mean == pytest.approx(half, rel=0.1)
-    assert found.mean - found.low == pytest.approx(half, rel=0.1)
-    turned = endpoints.over_runs_and_panel(np.tile(members[:, None], (1, 6)), per_run=3)
-    assert turned.high - turned.mean == pytest.approx(half, rel=0.1)
-
-
 def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
     """Two runs of six generations gain 0.6 and 0.2 against each other, and 0.2 and 0.4 in their second halves."""
     own = np.full(6, np.nan)
@@ -81,20 +68,6 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     told = long.tell(arrays)
     assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
-
-
-def test_the_lesser_gain_is_tested_against_runs_read_backwards() -> None:
-    found, p = endpoints.lesser_gain(np.full(10, 0.3), np.full(10, 0.1))
-    assert found == pytest.approx(0.1)
-    assert p == pytest.approx(2**-10, abs=0.001), "only if no run is turned"
-    noise = np.random.default_rng(1).normal(0, 1, (2, 400))
-    found, p = endpoints.lesser_gain(*noise)
-    assert found < -0.4, "below 0 where nothing changes"
-    assert p > 0.05
-
-
-def test_one_side_that_gains_what_the_other_loses_is_no_race() -> None:
-    assert endpoints.lesser_gain(np.full(10, 0.3), np.full(10, -0.3))[1] == 1.0
 
 
 def test_what_fresh_evolution_reaches_is_higher_for_a_side_that_is_more_exploited() -> None:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
 from study import fill, table
 
 from esp_trainer.analysis import plots
+from esp_trainer.analysis.gains import Interval, over_runs_and_panel
 from esp_trainer.analysis.inference import Comparison, compare
 from esp_trainer.files import write_text
 from learners.matrix import Matrix
 from predprey_env.policies import SCRIPTS
 
-_RESAMPLES = 2000
 EQUAL = (
     ("ppo, early", "paper"),
     ("ppo, early", "modern"),
@@ -29,7 +29,6 @@ EQUAL = (
 APART = ("ppo", "ppo, early", "ppo, terminal")
 """Kinds that are two runs, one for each side."""
 _SCRIPTS = (*SCRIPTS["predators"], *SCRIPTS["prey"])
-Interval = tuple[float, float, float]
 Cells = dict[tuple[str, str], Interval]
 
 
@@ -38,7 +37,7 @@ def write(matrix: Matrix, out: Path) -> Path:
     place = out / "benchmark"
     place.mkdir(parents=True, exist_ok=True)
     rows, columns = _kinds(matrix.predators), _kinds(matrix.prey)
-    cells = {(p, q): interval(matrix.caught[np.ix_(rows[p], columns[q])]) for p in rows for q in columns}
+    cells = {(p, q): over_runs_and_panel(matrix.caught[np.ix_(rows[p], columns[q])]) for p in rows for q in columns}
     _draw(cells, list(rows), list(columns), place)
     compared, tests = _equal(matrix)
     options = [word for word in sys.argv[1:] if word != "--report"]
@@ -58,25 +57,12 @@ def write(matrix: Matrix, out: Path) -> Path:
     return page
 
 
-def interval(shares: np.ndarray) -> Interval:
-    """Return the mean over all pairs of seeds, with a 95% interval over both sides' seeds by the pigeonhole bootstrap.
-
-    It draws rows and columns anew at once (Owen, The pigeonhole bootstrap, Annals of Applied Statistics 1, 2007).
-    """
-    generator, (n, m) = np.random.default_rng(0), shares.shape
-    rows, columns = generator.integers(n, size=(_RESAMPLES, n)), generator.integers(m, size=(_RESAMPLES, m))
-    means = shares[rows[:, :, None], columns[:, None, :]].mean(axis=(1, 2))
-    low, high = np.quantile(means, [0.025, 0.975])
-    return float(shares.mean()), float(low), float(high)
-
-
 def _kinds(names: np.ndarray) -> dict[str, np.ndarray]:
     return {str(name): np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
 
 
-def _put(known: Iterable[float], sign: str = "") -> str:
-    mean, low, high = known
-    return f"{mean:{sign}.2f} [{low:{sign}.2f}, {high:{sign}.2f}]"
+def _put(known: Interval, sign: str = "") -> str:
+    return f"{known.mean:{sign}.2f} [{known.low:{sign}.2f}, {known.high:{sign}.2f}]"
 
 
 def _contestants(matrix: Matrix) -> str:
@@ -103,7 +89,7 @@ def _strength(matrix: Matrix) -> str:
         for mine, theirs, caught, held_out in sides:
             rows, scripted = np.flatnonzero(mine == name), np.isin(theirs, _SCRIPTS)
             against = held_out[rows], caught[rows][:, scripted], caught[rows][:, ~scripted & (theirs != name)]
-            cells += [_put(interval(each)) for each in against] if len(rows) else ["-"] * 3
+            cells += [_put(over_runs_and_panel(each)) for each in against] if len(rows) else ["-"] * 3
         lines.append([f"`{name}`", *cells])
     heads = ["name", "predators: held-out prey", "scripted prey", "all who learn"]
     return table([*heads, "prey: held-out predators", "scripted predators", "all who learn"], lines)
@@ -119,7 +105,7 @@ def _equal(matrix: Matrix) -> tuple[str, list[Comparison]]:
             found = [compare(a, b) for a, b in pairs]
             tests += found
             cost = f"{_cost(matrix, one):.0f} and {_cost(matrix, other):.0f}"
-            cells = [_put((test.difference, test.low, test.high), "+") for test in found]
+            cells = [_put(Interval(test.difference, test.low, test.high), "+") for test in found]
             rows.append([f"`{one}` less `{other}`", cost, *cells, _put(_head_to_head(matrix, one, other), "+")])
     scores = ["predators: held-out prey", "prey: held-out predators", "predators: scripted prey"]
     heads = ["compared", "CPU seconds", *scores, "prey: scripted predators", "head to head"]
@@ -148,11 +134,11 @@ def _head_to_head(matrix: Matrix, one: str, other: str) -> Interval:
     """Return the prey that one's predators catch of the other's, less those that the other's catch of one's."""
     ours = matrix.caught[np.ix_(matrix.predators == one, matrix.prey == other)]
     theirs = matrix.caught[np.ix_(matrix.predators == other, matrix.prey == one)]
-    return interval(ours - theirs.T)
+    return over_runs_and_panel(ours - theirs.T)
 
 
 def _draw(cells: Cells, rows: list[str], columns: list[str], place: Path) -> None:
-    means = np.array([[cells[p, q][0] for q in columns] for p in rows])
+    means = np.array([[cells[p, q].mean for q in columns] for p in rows])
     figure, (axes,) = plots.panels(1, width=2.2 + 0.55 * len(columns), height=1.6 + 0.4 * len(rows), columns=1)
     image = axes.pcolormesh(means, vmin=0, vmax=1, cmap="viridis", rasterized=True)
     for (y, x), mean in np.ndenumerate(means):
@@ -164,5 +150,5 @@ def _draw(cells: Cells, rows: list[str], columns: list[str], place: Path) -> Non
     axes.invert_yaxis()
     figure.colorbar(image, ax=axes, label="fraction of prey caught", shrink=0.8)
     names = ("predators", "prey", "caught", "low", "high")
-    data = zip(*[(p, q, *known) for (p, q), known in cells.items()], strict=True)
+    data = zip(*[(p, q, *astuple(known)) for (p, q), known in cells.items()], strict=True)
     plots.save(figure, place / "matrix.png", dict(zip(names, data, strict=True)))

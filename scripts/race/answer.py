@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+from esp_trainer.analysis.gains import Interval
 from esp_trainer.types import ROLES, Role
 from race import courses, endpoints
 from race.measure import Arrays, Task
@@ -29,8 +30,8 @@ def in_short(tasks: dict[str, Task]) -> str:
 def _two_prey(race: Arrays) -> str:
     n = len(race["config"])
 
-    def gain(role: Role, seeds: slice | list[int] = slice(None)) -> endpoints.Interval:
-        return endpoints.over_runs_and_panel(endpoints.gains(race, role, half=True)[seeds])
+    def gain(role: Role, seeds: slice | list[int] = slice(None)) -> Interval:
+        return endpoints.mean_gain(race, role, half=True, seeds=seeds)
 
     predators, prey = gain("predators"), gain("prey")
     if n < endpoints.ENOUGH or min(predators.low, prey.low) <= 0:
@@ -79,7 +80,7 @@ def _one_prey(found: Task) -> str:
 
 def _course(arrays: Arrays, role: Role) -> str:
     """Return in words what a side gained against the panel in the whole run, and in its second half."""
-    whole, late = (endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)) for half in (False, True))
+    whole, late = (endpoints.mean_gain(arrays, role, half=half) for half in (False, True))
     if late.low > 0:
         return "improve for the whole run" if whole.low > 0 else "improve in its second half only"
     if late.high < 0:

@@ -9,13 +9,13 @@ import numpy as np
 from study import keep, table
 
 from esp_trainer.analysis.comparison import caught_by_each
+from esp_trainer.analysis.gains import RESAMPLES, Interval
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.sweep.results import is_whole
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import other_team
-from race.endpoints import RESAMPLES, Interval
 from race.measure import GENERATIONS, Arrays
 
 LATE = 3

@@ -23,10 +23,7 @@ def tell(arrays: Arrays) -> str:
     """Return what became of the runs as Markdown."""
     ends = outcomes(arrays)
     told = ", ".join(f"{end} {n}" for end, n in Counter(ends).most_common())
-    sides = [
-        f"the {role} gain {endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=True))} against the panel"
-        for role in ROLES
-    ]
+    sides = [f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)} against the panel" for role in ROLES]
     title = (
         f"**{arrays['caught'].shape[1]:,} generations** (`{CONDITION}`, {len(ends)} seeds of five, else `race`). By "
         f"the protocol's rules: {told}. In the second half {sides[0]}, and {sides[1]}. Means of fifths of each run:"

@@ -102,14 +102,14 @@ def _answer(arrays: Arrays) -> str:
     """Return what the recommended preset comes to, in a few sentences."""
 
     def gain(role: Role, *, half: bool) -> str:
-        return str(endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)))
+        return str(endpoints.mean_gain(arrays, role, half=half))
 
     sides = [
         f"**The {role} gain {gain(role, half=False)}** against the panel over the whole run, and "
         f"{gain(role, half=True)} in its second half."
         for role in reversed(ROLES)
     ]
-    late = [endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=True)) for role in ROLES]
+    late = [endpoints.mean_gain(arrays, role, half=True) for role in ROLES]
     verdict = "holds" if all(each.low > 0 for each in late) else "does not hold"
     escape, catch = (summary(endpoints.level(arrays, role, "panel")) for role in reversed(ROLES))
     return (
@@ -152,7 +152,7 @@ def _growing(arrays: Arrays, n_looked: int) -> str:
     """Return what mutations in proportion to the genes come to in the second half of a run; the first ``n_looked`` runs
     are no test.
     """
-    found = [endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=True)[n_looked:]) for role in ROLES]
+    found = [endpoints.mean_gain(arrays, role, half=True, seeds=slice(n_looked, None)) for role in ROLES]
     verdict = "both sides still improve" if min(each.low for each in found) > 0 else "it is not shown that both improve"
     n = len(arrays["config"]) - n_looked
     seeds = f"{n} seeds" + f", besides {n_looked} of a first look" * bool(n_looked)

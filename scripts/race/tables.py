@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from study import table
 
+from esp_trainer.analysis.gains import lesser_gain
 from esp_trainer.analysis.inference import Comparison, compare, holm, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
@@ -20,7 +21,7 @@ def _level(role: Role, panel: str) -> Column:
 
 
 def _gain(role: Role, *, half: bool) -> Column:
-    return lambda arrays: str(endpoints.over_runs_and_panel(endpoints.gains(arrays, role, half=half)))
+    return lambda arrays: str(endpoints.mean_gain(arrays, role, half=half))
 
 
 def _genes(role: Role) -> Column:
@@ -70,7 +71,7 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
     for half in (False, True):
         for name, arrays in found.items():
             both = (endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES)
-            tests[name, half] = endpoints.lesser_gain(*both)
+            tests[name, half] = lesser_gain(*both)
     corrected = dict(zip(tests, holm([p for _, p in tests.values()]), strict=True))
     rows = [[f"`{name}`"] for name in found]
     for half in (False, True):
