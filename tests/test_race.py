@@ -65,7 +65,7 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     arrays = measured(predators.tolist()) | measured((1 - escaped).tolist(), "prey")
     arrays |= {"caught": caught, "config": np.array([json.dumps({"seed": seed}) for seed in (7, 8, 9, 10)])}
     assert long.outcomes(arrays) == ["won by the prey", "won by the predators", "goes on", "levels off"]
-    told = long.tell(arrays)
+    told = long.tell(arrays, "long.png")
     assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
 
@@ -112,6 +112,10 @@ def test_conditions_are_what_the_protocol_says(task: str) -> None:
     assert {run.config.seed for run in plan if run.cell == "race"} == set(range(100, 120))
     both = configs["bias"].replace(esp=configs["pool"].esp)
     assert configs["bias-pool"] == both
+    if "race-matched" in configs:
+        agents = [{r: side_controller(configs[c], r) for r in ("predators", "prey")} for c in ("race", "race-matched")]
+        split, whole = ({r: each.n_hidden * sum(each.used_genes) for r, each in side.items()} for side in agents)
+        assert (split, whole) == ({"predators": 160, "prey": 210}, {"predators": 160, "prey": 209})
     assert configs["no-memory"].esp == race.esp.replace(memory=0.0, prior_trials=0.0)
     protocol = (SCRIPTS.parent / "docs" / "race-protocol.md").read_text()
     assert all(f"`{name}`" in protocol for name in configs)
