@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 
 from esp_trainer.analysis.gains import Interval
+from esp_trainer.analysis.inference import compare
 from esp_trainer.types import ROLES, Role
-from race import courses, endpoints
+from race import courses, endpoints, long, tables
 from race.measure import Arrays, Task
 
 OTHERS = {
-    "race-monolithic": "With one network an agent**, which sees all opponents, in place of one for each",
+    "race-monolithic": "With one network an agent**, which sees all opponents and has about half as many weights",
+    "race-matched": "With one network an agent of as many weights**",
     "bias-pool": "With bias genes and past champions**, and nothing else of the recommended setting",
     "paper": "In the paper's setting on these cells**",
 }
 """Conditions of `steppe` that are told of, and the beginnings of what is told."""
+PREY = {"steppe": "two prey on 40 x 40 cells", "3v1": "one prey on the paper's torus"}
 LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 """Seeds of `steppe` whose results were known before the last of the twenty ran."""
 
@@ -22,9 +25,11 @@ LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 def in_short(tasks: dict[str, Task]) -> str:
     """Return what became of one prey, and of two on `steppe`, in the recommended setting: a list in Markdown."""
     steppe = tasks.get("steppe", {})
-    told = [_two_prey(steppe["race"]), courses.in_short(steppe["race"])] if "race" in steppe else []
-    told += [_other(name, steppe[name]) for name in OTHERS if name in steppe]
-    return "\n".join(f"- {each}" for each in (*told, _one_prey(tasks.get("3v1", {}))) if each)
+    told = [_two_prey(steppe["race"]), courses.in_short(steppe)] if "race" in steppe else []
+    told += [long.in_short(steppe[long.CONDITION])] if long.CONDITION in steppe else []
+    told += [_other(name, steppe) for name in OTHERS if {"race", name} <= steppe.keys()]
+    told += [_one_prey(tasks.get("3v1", {})), *(_beaten(tasks[task], of) for task, of in PREY.items() if task in tasks)]
+    return "\n".join(f"- {each}" for each in told if each)
 
 
 def _two_prey(race: Arrays) -> str:
@@ -41,17 +46,33 @@ def _two_prey(race: Arrays) -> str:
     return (
         f"**Yes, with two prey on 40 x 40 cells** (`race-steppe`, {n} seeds). In the second half of 1,500 generations "
         f"both sides still improve against opponents that nobody trained on, the predators by {predators} and the "
-        f"prey by {prey}. The number of seeds was fixed before the first run, and {n - len(unseen)} of them were "
-        f"looked at on the way; in the other {len(unseen)} alone the predators gain {gain('predators', unseen)} and "
-        f"the prey {gain('prey', unseen)}. {_end(race)}"
+        f"prey by {prey}. {n} seeds were planned. The results of {n - len(unseen)} were seen before the rest was "
+        f"run; in the {len(unseen)} unseen ones alone the predators gain {gain('predators', unseen)} and the prey "
+        f"{gain('prey', unseen)}. This world was chosen after the race with one prey had ended. {_end(race)}"
     )
 
 
-def _other(name: str, arrays: Arrays) -> str:
-    n, (predators, prey) = len(arrays["config"]), (_course(arrays, role) for role in ROLES)
+def _other(name: str, found: Task) -> str:
+    arrays, (predators, prey) = found[name], (_course(found[name], role) for role in ROLES)
     sides = f"both sides {prey}" if predators == prey else f"the predators {predators}, and the prey {prey}"
-    first_look = ", a first look" * (n < endpoints.ENOUGH)
-    return f"**{OTHERS[name]} (`{name}`, {n} seeds{first_look}), {sides}. {_end(arrays)}"
+    late = {r: compare(*(tables.late_gains(r)(each) for each in (arrays, found["race"]))) for r in ROLES}
+    less = " and ".join(f"{tables.difference(each)} for the {role}" for role, each in late.items())
+    n = len(arrays["config"])
+    return (
+        f"**{OTHERS[name]} (`{name}`, {n} seeds{', a first look' * (n < endpoints.ENOUGH)}), {sides}; the second-half "
+        f"gain less that of the recommended setting is {less}. {_end(arrays)}"
+    )
+
+
+def _beaten(found: Task, prey: str) -> str:
+    """Return what fresh evolution reaches against the prey of the first and the last third."""
+    told = []
+    for name in ("race", "race-monolithic"):
+        if name in found:
+            first, *_, last = endpoints.exploited(found[name], "predators").mean(axis=0)
+            told.append(f"{first:.2f} of the first third's champions and {last:.2f} of the last third's (`{name}`)")
+    head = f"**Champions of {prey} can be beaten**: 60 generations of fresh predators catch "
+    return (head + "; ".join(told) + ".") * bool(told)
 
 
 def _end(arrays: Arrays) -> str:
@@ -87,4 +108,4 @@ def _course(arrays: Arrays, role: Role) -> str:
         return "improve and then fall back in the second half" if whole.low > 0 else "fall back in the second half"
     if whole.low > 0:
         return "improve, but not measurably in the second half"
-    return "do not measurably improve in the second half"
+    return "do not measurably improve, neither over the whole run nor in its second half"

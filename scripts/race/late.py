@@ -16,6 +16,7 @@ from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.sweep.results import is_whole
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import other_team
+from race.endpoints import ENOUGH
 from race.measure import GENERATIONS, Arrays
 
 LATE = 3
@@ -94,10 +95,11 @@ def tell(kept: Path) -> str | None:
     found = _load(kept)
     if not found:
         return None
-    rows = [
-        [f"`{condition}`", len(found[f"{condition}.prey"]), *(_cell(found[f"{condition}.{role}"]) for role in ROLES)]
-        for condition in dict.fromkeys(name.rpartition(".")[0] for name in found)
-    ]
+    rows = []
+    for condition in dict.fromkeys(name.rpartition(".")[0] for name in found):
+        n_runs = len(found[f"{condition}.prey"])
+        marked = f"`{condition}`{' †' * (n_runs < ENOUGH)}"
+        rows.append([marked, n_runs, *(_cell(found[f"{condition}.{role}"]) for role in ROLES)])
     heads = ["condition", "runs", *(f"{role}: course, gain, gain in the 2nd half" for role in ROLES)]
     return "\n\n".join([_TEXT, table(heads, rows), _verdict(found)])
 
@@ -113,7 +115,7 @@ def _verdict(found: Arrays) -> str:
     """Return what the condition with most runs says."""
     condition = max(found, key=lambda name: len(found[name])).rpartition(".")[0]
     predators, prey = (gain(found[f"{condition}.{role}"], half=True) for role in ROLES)
-    stops = " So it is the predators that stop, and not the panel that does not see them improve."
+    stops = f" The predators gain {predators.high:.3f} at most, so a weak panel is an unlikely reason for their halt."
     return (
         f"In the second half of `{condition}` the prey gain {prey} and the predators {predators} against the others' "
         f"late champions.{stops * (predators.low <= 0 < prey.low)}"
@@ -123,5 +125,5 @@ def _verdict(found: Arrays) -> str:
 _TEXT = """\
 Is the panel too weak to tell late predators apart? Its teams are of the paper's setting, half of them with bias genes
 and past champions. So the champions of each run also meet late ones, of the last sixth, of the other runs of its
-condition: a second panel, as strong as the race has made it, with one prey thought of after the runs. The course is
-from the first sixth of a run over its middle to the last sixth."""
+condition that were still there: a second, stronger panel. With one prey it was thought of after the results were known.
+The course is from the first sixth of a run over its middle to the last sixth."""

@@ -4,37 +4,62 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 from study import table
 
+from esp_trainer.analysis import plots
 from esp_trainer.types import ROLES
 from race import endpoints
 from race.measure import Arrays
 
 CONDITION = "long"
+PLANNED = 5
+WINDOW = 100
+"""Generations of the running means that are drawn."""
 PARTS = 5
 """Equal parts of a run whose means the table shows."""
 WON = 0.05
 """A run is won if the champions catch less of their contemporaries' prey than this, or more than all but this."""
 
 
-def tell(arrays: Arrays) -> str:
+def tell(arrays: Arrays, figure: str) -> str:
     """Return what became of the runs as Markdown."""
-    ends = outcomes(arrays)
-    told = ", ".join(f"{end} {n}" for end, n in Counter(ends).most_common())
     sides = [f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)} against the panel" for role in ROLES]
-    title = (
-        f"**{arrays['caught'].shape[1]:,} generations** (`{CONDITION}`, {len(ends)} seeds of five, else `race`). By "
-        f"the protocol's rules: {told}. In the second half {sides[0]}, and {sides[1]}. Means of fifths of each run:"
-    )
+    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. Means of fifths of each run:"
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
     rows = [
-        [json.loads(str(config))["seed"], end, *(_course(curve[run]) for curve in curves)]
-        for run, (config, end) in enumerate(zip(arrays["config"], ends, strict=True))
+        [seed, end, *(_course(curve[run]) for curve in curves)]
+        for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
-    return f"{title}\n\n{table(heads, rows)}"
+    return f"{title}\n\n{table(heads, rows)}\n\n![Fraction of prey that champions catch, run by run]({figure})"
+
+
+def in_short(arrays: Arrays) -> str:
+    """Return how many runs ended in which way."""
+    n_generations, n_runs = arrays["caught"].shape[1], len(arrays["config"])
+    told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
+    return (
+        f"**{n_generations:,} generations** of it (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) end, by the "
+        f"protocol's rules, as: {told}."
+    )
+
+
+def draw(arrays: Arrays, file: Path) -> None:
+    """Draw the fraction of prey that the champions of each run catch of their contemporaries."""
+    figure, (axes,) = plots.panels(1, width=9, height=2.7)
+    data: dict[str, np.ndarray] = {"generation": np.arange(arrays["caught"].shape[1])}
+    for number, (seed, caught) in enumerate(zip(_seeds(arrays), arrays["caught"].astype(float), strict=True)):
+        data |= plots.curve(axes, data["generation"], caught[None], f"seed {seed}", number, window=WINDOW)
+    axes.set(xlabel="generation", ylabel="fraction of prey caught", ylim=(0, 1))
+    plots.legend_above(axes)
+    plots.save(figure, file, {name: values[:: WINDOW // 2] for name, values in data.items()})
+
+
+def _seeds(arrays: Arrays) -> list[int]:
+    return [json.loads(str(config))["seed"] for config in arrays["config"]]
 
 
 def outcomes(arrays: Arrays) -> list[str]:

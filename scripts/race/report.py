@@ -14,7 +14,10 @@ from race.figures import draw
 from race.measure import Arrays, Task
 from race.text import HEAD, METHOD, TASK_TITLES
 
-_TWO_PREY = ("role switch", "blocker", "opposing attack", "herding", "simultaneous capture", "scattering")
+_TWO_PREY = (
+    *("role switch", "blocker", "opposing attack", "encirclement"),
+    *("herding", "simultaneous capture", "scattering"),
+)
 TRACKED = {
     "3v1": ("role switch", "blocker", "opposing attack", "encirclement", "baiting", "sidestepping"),
     "3v2": _TWO_PREY,
@@ -34,6 +37,8 @@ def write(kept: Path, out: Path) -> None:
     parts = [HEAD.format(runs=runs, answer=answer.in_short(tasks))]
     for task, found in tasks.items():
         draw(task, _without_long(found), FIRST, kept.parent)
+        if long.CONDITION in found:
+            long.draw(found[long.CONDITION], kept.parent / f"long-{task}.png")
         if courses.known(found.get("race", {})):
             courses.draw(found["race"], kept.parent / f"behaviours-{task}.png")
         parts += [_of_task(task, found, late.tell(late.file(kept, task)))]
@@ -62,11 +67,11 @@ def _of_task(task: str, every: Task, against_late: str | None) -> str:
     if "race" in found:
         parts.append(_answer(found["race"]))
     if {"race", "race-monolithic"} <= found.keys():
-        parts.append(_splitting(found, "a prey" if task == "3v1" else "an agent"))
+        parts.append(_splitting(found, *(("a prey", 4) if task == "3v1" else ("an agent", 3))))
     if "growing-steps" in found:
         parts.append(_growing(found["growing-steps"], n_looked=4 if task == "3v1" else 0))
     if long.CONDITION in every:
-        parts.append(long.tell(every[long.CONDITION]))
+        parts.append(long.tell(every[long.CONDITION], f"race/long-{task}.png"))
     parts += [
         f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
         "Levels at the end of the run, mean over seeds [95% interval].",
@@ -128,23 +133,26 @@ def _few(n_seeds: int) -> str:
     return told * (n_seeds < endpoints.ENOUGH)
 
 
-def _splitting(found: Task, who: str) -> str:
-    """Return what splitting networks comes to, within the recommended preset; ``who`` says whose networks are split."""
+def _splitting(found: Task, who: str, looked_at: int) -> str:
+    """Return what splitting networks comes to, within the recommended preset.
+
+    Args:
+        found: The measurements of the task.
+        who: Whose networks are split.
+        looked_at: Number of runs with one network whose results were known before the others were done.
+    """
     split, whole = found["race"], found["race-monolithic"]
-
-    def larger(role: Role) -> tuple[str, str]:
-        late = compare(*(endpoints.gains(each, role, half=True).mean(axis=1) for each in (split, whole)))
-        reached = compare(*(endpoints.level(each, role, "panel") for each in (split, whole)))
-        verdict = "holds" if late.low > 0 else "is not decided" if late.high > 0 else "does not hold"
-        told = f"by {tables.difference(late)} (p {late.p:.2g} without correction), and their level at the end by "
-        return told + tables.difference(reached), verdict
-
-    (prey, holds), (predators, holds_too) = larger("prey"), larger("predators")
+    gain = {r: compare(*(endpoints.gains(a, r, half=True).mean(axis=1) for a in (split, whole))) for r in ROLES}
+    level = {r: compare(*(endpoints.level(a, r, "panel") for a in (split, whole))) for r in ROLES}
+    gains = (f"{role} {tables.difference(each)} (p {each.p:.2g} without correction)" for role, each in gain.items())
+    levels = (f"{role} {tables.difference(each)}" for role, each in level.items())
+    verdicts = (f"**{'holds' if each.low > 0 else 'fails'}** for the {role}" for role, each in gain.items())
     return (
-        f"**A network for each opponent that {who} sees, against one that sees all** (`race-monolithic`, "
-        f"{len(whole['config'])} seeds, else the same): the prey's second-half gain is larger {prey}; the predators' "
-        f"{predators}. By the protocol the second hypothesis, that splitting sustains the race, **{holds}** for the "
-        f"prey and **{holds_too}** for the predators.{_few(len(whole['config']))}"
+        f"**A network for each opponent that {who} sees, against one that sees all**, with about half as many weights "
+        f"(`race-monolithic`, {len(whole['config'])} seeds of the planned 20). Second-half gain, split less unsplit: "
+        f"{', '.join(gains)}. Level at the end: {', '.join(levels)}. By the protocol the second hypothesis, that "
+        f"splitting sustains the race, so far {' and '.join(verdicts)}. This is open until all seeds are run; it was "
+        f"first looked at with {looked_at}."
     )
 
 
@@ -163,14 +171,15 @@ def _growing(arrays: Arrays, n_looked: int) -> str:
 
 
 _CONTRASTS = (
-    "`race` less each other condition, against the panel: Hodges-Lehmann differences between seeds [95% interval], "
-    "and p of the rank test (Holm over this table)."
+    "Each other condition less `race`, against the panel: Hodges-Lehmann differences between seeds [95% interval, not "
+    "corrected], and p of the rank test (Holm over this table)."
 )
 _LESSER = (
-    "The lesser side's gain, mean over seeds, with its p against runs read backwards (Holm over this table). A small p "
-    "says that the lesser side falls back less than by chance, not that it improves."
+    "The smaller of the two sides' gains, mean over seeds, with its p against runs read backwards (Holm over this "
+    "table). A small p says that something changes; it is also found where one side only holds its level."
 )
 _EXPLOITERS = (
-    "What the runs' own exploiters reach within 20 generations against the champion of the moment: prey caught by "
-    "exploiting predators, prey not caught of exploiting prey; means of three exploiters in turn."
+    "What the runs' own exploiters reach within 20 generations against the champion of the moment. Left: the "
+    "champion's prey that exploiting predators catch. Right: exploiting prey that escape. Moving averages "
+    "over three exploiters."
 )

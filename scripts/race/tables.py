@@ -61,8 +61,13 @@ EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
 
 def by_condition(found: dict[str, Arrays], columns: dict[str, Column]) -> str:
     """Return a table with a row for each condition."""
-    rows = [[f"`{name}`", *(column(arrays) for column in columns.values())] for name, arrays in found.items()]
+    rows = [[marked(name, arrays), *(column(arrays) for column in columns.values())] for name, arrays in found.items()]
     return table(["condition", *columns], rows)
+
+
+def marked(name: str, arrays: Arrays) -> str:
+    """Return the name of a condition, with a mark if it has few runs."""
+    return f"`{name}`{' †' * (len(arrays['config']) < endpoints.ENOUGH)}"
 
 
 def lesser_gains(found: dict[str, Arrays]) -> str:
@@ -73,7 +78,7 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
             both = (endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES)
             tests[name, half] = lesser_gain(*both)
     corrected = dict(zip(tests, holm([p for _, p in tests.values()]), strict=True))
-    rows = [[f"`{name}`"] for name in found]
+    rows = [[marked(name, arrays)] for name, arrays in found.items()]
     for half in (False, True):
         for row, name in zip(rows, found, strict=True):
             row += [f"{tests[name, half][0]:+.3f}", f"{corrected[name, half]:.2g}"]
@@ -81,20 +86,21 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
 
 
 def contrasts(found: dict[str, Arrays]) -> str:
-    """Return a table of `race` less each other condition, at the end of the run and in its second half."""
+    """Return a table of each other condition less `race`, at the end of the run and in its second half."""
     measures = {
         f"{role}, {what}": measure
         for role in ROLES
-        for what, measure in (("level", _reached(role)), ("2nd half", _late(role)))
+        for what, measure in (("level", _reached(role)), ("2nd half", late_gains(role)))
     }
     cells = {
-        name: [compare(measure(found["race"]), measure(arrays)) for measure in measures.values()]
+        name: [compare(measure(arrays), measure(found["race"])) for measure in measures.values()]
         for name, arrays in found.items()
         if name != "race"
     }
     corrected = iter(holm([each.p for row in cells.values() for each in row]))
     rows = [
-        [f"`{name}`", *(f"{difference(each)}, p {next(corrected):.2g}" for each in row)] for name, row in cells.items()
+        [marked(name, found[name]), *(f"{difference(each)}, p {next(corrected):.2g}" for each in row)]
+        for name, row in cells.items()
     ]
     return table(["condition", *measures], rows)
 
@@ -108,5 +114,6 @@ def _reached(role: Role) -> Callable[[Arrays], np.ndarray]:
     return lambda arrays: endpoints.level(arrays, role, "panel")
 
 
-def _late(role: Role) -> Callable[[Arrays], np.ndarray]:
+def late_gains(role: Role) -> Callable[[Arrays], np.ndarray]:
+    """Return a function of a condition: what a side of each run gains in the second half, ``(n_seeds,)``."""
     return lambda arrays: np.asarray(endpoints.gains(arrays, role, half=True).mean(axis=1))
