@@ -24,10 +24,13 @@ WON = 0.05
 """A run is won if the champions catch less of their contemporaries' prey than this, or more than all but this."""
 
 
+_LUCK = "A run in which nothing changes would be said to go on about one time in four."
+
+
 def tell(arrays: Arrays, figure: str) -> str:
     """Return what became of the runs as Markdown."""
     sides = [f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)} against the panel" for role in ROLES]
-    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. Means of fifths of each run:"
+    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. {_LUCK} Means of fifths of each run:"
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
     rows = [
