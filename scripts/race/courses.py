@@ -76,8 +76,8 @@ def draw(arrays: Arrays, file: Path) -> None:
 NEEDED = {"bias", "paper", "pool", "race-monolithic"}
 _TAKES = (
     " It takes bias genes and a network for each opponent, and not the rest of the setting: but for herding it is "
-    "nearly as frequent in `bias`, and less so in `paper`, `pool` and `race-monolithic` (means over the run, below). The "
-    "protocol did not ask."
+    "nearly as frequent in `bias`, and less so in `paper`, `pool` and `race-monolithic` (means over the run, below). "
+    "The protocol did not ask."
 )
 _TEXT = """\
 How `race` changes: rates beyond chance in the first and the last sixth of the generations, the change [95% interval
