@@ -48,7 +48,7 @@ def _two_prey(race: Arrays) -> str:
         f"both sides still improve against opponents that nobody trained on, the predators by {predators} and the "
         f"prey by {prey}. {n} seeds were planned. The results of {n - len(unseen)} were seen before the rest was "
         f"run; in the {len(unseen)} unseen ones alone the predators gain {gain('predators', unseen)} and the prey "
-        f"{gain('prey', unseen)}. This world was chosen after the race with one prey had ended. {_end(race)}"
+        f"{gain('prey', unseen)}. The world was chosen when the race with one prey was known. In the end {_end(race)}."
     )
 
 
@@ -60,7 +60,7 @@ def _other(name: str, found: Task) -> str:
     n = len(arrays["config"])
     return (
         f"**{OTHERS[name]} (`{name}`, {n} seeds{', a first look' * (n < endpoints.ENOUGH)}), {sides}; the second-half "
-        f"gain less that of the recommended setting is {less}. {_end(arrays)}"
+        f"gain less that of the recommended setting is {less}. In the end {_end(arrays)}."
     )
 
 
@@ -77,25 +77,18 @@ def _beaten(found: Task, prey: str) -> str:
 
 def _end(arrays: Arrays) -> str:
     predators, prey = (endpoints.level(arrays, role, "panel").mean() for role in ROLES)
-    return f"In the end {prey:.2f} of the prey escape, and the predators catch {predators:.2f}."
+    return f"{prey:.2f} of the prey escape the panel, and the predators catch {predators:.2f} of its prey"
 
 
 def _one_prey(found: Task) -> str:
     if not {"race", "paper"} <= found.keys():
         return "Nothing is measured yet that the recommended setting can be compared with."
-    race, paper = found["race"], found["paper"]
-
-    def reached(arrays: Arrays, role: Role) -> str:
-        return f"{endpoints.level(arrays, role, 'panel').mean():.2f}"
-
-    whole = found.get("race-monolithic")
-    single = f" Of prey with one network that sees all predators, {reached(whole, 'prey')} escape." if whole else ""
+    race, paper, whole = found["race"], found["paper"], found.get("race-monolithic")
+    single = f" Where the prey have one network that sees all predators, {_end(whole)}." if whole else ""
     return (
         f"**With one prey on the paper's torus** (`race-3v1`, {len(race['config'])} seeds) the prey "
-        f"{_course(race, 'prey')}; the predators {_course(race, 'predators')}. In the end {reached(race, 'prey')} of "
-        f"the prey escape from predators that nobody trained on, and the predators catch {reached(race, 'predators')} "
-        f"of such prey. In the paper's setting {reached(paper, 'prey')} of the prey escape, and the predators catch "
-        f"{reached(paper, 'predators')}.{single}"
+        f"{_course(race, 'prey')}; the predators {_course(race, 'predators')}. In the end {_end(race)}. In the "
+        f"paper's setting {_end(paper)}.{single}"
     )
 
 
