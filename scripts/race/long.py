@@ -45,8 +45,8 @@ def in_short(arrays: Arrays) -> str:
     n_generations, n_runs = arrays["caught"].shape[1], len(arrays["config"])
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
     return (
-        f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) end, by the "
-        f"protocol's rules, as: {told}."
+        f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) "
+        f"end, by the protocol's rules, as: {told}."
     )
 
 
