@@ -18,7 +18,6 @@ NAMES = (
     *("role switch", "blocker", "opposing attack", "encirclement"),
     *("herding", "baiting", "simultaneous capture", "scattering", "sidestepping"),
 )
-
 SEEN = 0.05
 """Rate beyond chance from which a behaviour is worth a word."""
 
@@ -49,7 +48,7 @@ def in_short(found: Task) -> str:
         if last.mean() >= SEEN and over_seeds(last - first).low > 0:
             grown.append(f"{name} {first.mean():.2f} to {last.mean():.2f}")
     told = "**Hunting together becomes more frequent.** Episodes beyond chance, first to last sixth of the run: "
-    return (told + ", ".join(grown) + "." + _TAKES * (found.keys() >= NEEDED)) * bool(grown)
+    return (told + ", ".join(grown) + "." + _TAKES * (found.keys() >= _COMPARED)) * bool(grown)
 
 
 def _ends(arrays: Arrays, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -73,7 +72,7 @@ def draw(arrays: Arrays, file: Path) -> None:
     plots.save(figure, file, data)
 
 
-NEEDED = {"bias", "paper", "pool", "race-monolithic"}
+_COMPARED = {"bias", "paper", "pool", "race-monolithic"}
 _TAKES = (
     " It takes bias genes and a network for each opponent, and not the rest of the setting: but for herding it is "
     "nearly as frequent in `bias`, and less so in `paper`, `pool` and `race-monolithic` (means over the run, below). "

@@ -22,8 +22,6 @@ PARTS = 5
 """Equal parts of a run whose means the table shows."""
 WON = 0.05
 """A run is won if the champions catch less of their contemporaries' prey than this, or more than all but this."""
-
-
 _LUCK = "A run in which nothing changes would be said to go on about one time in four."
 
 
@@ -71,17 +69,9 @@ def outcomes(arrays: Arrays) -> list[str]:
     """
     caught = arrays["caught"].astype(float)
     late = caught[:, -max(1, caught.shape[1] // 10) :].mean(axis=1)
-    gains = np.stack([endpoints.gains(arrays, role, half=True).mean(axis=1) for role in ROLES])
-    return [
-        "won by the prey"
-        if share < WON
-        else "won by the predators"
-        if share > 1 - WON
-        else "goes on"
-        if lesser > 0
-        else "levels off"
-        for share, lesser in zip(late, gains.min(axis=0), strict=True)
-    ]
+    lesser = np.minimum(*(endpoints.gains(arrays, role, half=True).mean(axis=1) for role in ROLES))
+    rules = {"won by the prey": late < WON, "won by the predators": late > 1 - WON, "goes on": lesser > 0}
+    return [str(word) for word in np.select(list(rules.values()), list(rules), "levels off")]
 
 
 def _course(curve: np.ndarray) -> str:
