@@ -8,6 +8,7 @@ from esp_trainer.analysis.gains import Interval
 from esp_trainer.analysis.inference import compare
 from esp_trainer.types import ROLES, Role
 from race import courses, endpoints, long, tables
+from race.endpoints import told_level
 from race.measure import Arrays, Task
 
 OTHERS = {
@@ -48,7 +49,8 @@ def _two_prey(race: Arrays) -> str:
         f"both sides still improve against opponents that nobody trained on, the predators by {predators} and the "
         f"prey by {prey}. {n} seeds were planned. The results of {n - len(unseen)} were seen before the rest was "
         f"run; in the {len(unseen)} unseen ones alone the predators gain {gain('predators', unseen)} and the prey "
-        f"{gain('prey', unseen)}. The world was chosen when the race with one prey was known. In the end {_end(race)}."
+        f"{gain('prey', unseen)}. The world was chosen when the race with one prey was known. In the end "
+        f"{told_level(race)}."
     )
 
 
@@ -60,7 +62,7 @@ def _other(name: str, found: Task) -> str:
     n = len(arrays["config"])
     return (
         f"**{OTHERS[name]} (`{name}`, {n} seeds{', a first look' * (n < endpoints.ENOUGH)}), {sides}; the second-half "
-        f"gain less that of the recommended setting is {less}. In the end {_end(arrays)}."
+        f"gain less that of the recommended setting is {less}. In the end {told_level(arrays)}."
     )
 
 
@@ -75,20 +77,15 @@ def _beaten(found: Task, prey: str) -> str:
     return (head + "; ".join(told) + ".") * bool(told)
 
 
-def _end(arrays: Arrays) -> str:
-    predators, prey = (endpoints.level(arrays, role, "panel").mean() for role in ROLES)
-    return f"{prey:.2f} of the prey escape the panel, and the predators catch {predators:.2f} of its prey"
-
-
 def _one_prey(found: Task) -> str:
     if not {"race", "paper"} <= found.keys():
         return "Nothing is measured yet that the recommended setting can be compared with."
     race, paper, whole = found["race"], found["paper"], found.get("race-monolithic")
-    single = f" Where the prey have one network that sees all predators, {_end(whole)}." if whole else ""
+    single = f" Where the prey have one network that sees all predators, {told_level(whole)}." if whole else ""
     return (
         f"**With one prey on the paper's torus** (`race-3v1`, {len(race['config'])} seeds) the prey "
-        f"{_course(race, 'prey')}; the predators {_course(race, 'predators')}. In the end {_end(race)}. In the "
-        f"paper's setting {_end(paper)}.{single}"
+        f"{_course(race, 'prey')}; the predators {_course(race, 'predators')}. In the end {told_level(race)}. In the "
+        f"paper's setting {told_level(paper)}.{single}"
     )
 
 

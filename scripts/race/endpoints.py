@@ -6,7 +6,7 @@ import numpy as np
 
 from esp_trainer.analysis.behaviours.counts import is_alone, over_chance
 from esp_trainer.analysis.gains import Interval, over_runs_and_panel
-from esp_trainer.types import Role
+from esp_trainer.types import ROLES, Role
 from race.measure import PER_RUN, Arrays
 
 ENOUGH = 10
@@ -38,6 +38,12 @@ def level(arrays: Arrays, role: Role, panel: str) -> np.ndarray:
     """Return each run's mean over the last sixth of its generations against a panel, ``(n_seeds,)``."""
     found = results(arrays, role, panel)
     return np.asarray(found[:, -max(1, found.shape[1] // 6) :].mean(axis=(1, 2)))
+
+
+def told_level(arrays: Arrays) -> str:
+    """Return in words what both sides reach against the panel at the end of the run."""
+    predators, prey = (level(arrays, role, "panel").mean() for role in ROLES)
+    return f"{prey:.2f} of the prey escape the panel, and the predators catch {predators:.2f} of its prey"
 
 
 def behaviour(arrays: Arrays, name: str) -> np.ndarray:

@@ -44,7 +44,7 @@ def in_short(arrays: Arrays) -> str:
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
     return (
         f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) "
-        f"end, by the protocol's rules, as: {told}."
+        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}."
     )
 
 
