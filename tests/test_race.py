@@ -22,7 +22,7 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 TASKS = ["3v1", "3v2", "steppe"]
 sys.path.insert(0, str(SCRIPTS))
 
-from race import endpoints, late, long  # noqa: E402
+from race import courses, endpoints, late, long, tables  # noqa: E402
 from race.alive import Alive  # noqa: E402
 from race.measure import gather, kept_rows, measured_file  # noqa: E402
 from race.report import write  # noqa: E402
@@ -52,6 +52,31 @@ def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
     same = np.stack([np.where(np.eye(5)[i], np.nan, np.linspace(0, 1, 6)[:, None]) for i in range(5)])
     alike = late.gain(same, half=False)
     assert (alike.low, alike.mean, alike.high) == pytest.approx((1, 1, 1)), "runs that are alike leave no doubt"
+
+
+def test_a_contrast_is_a_condition_less_the_race() -> None:
+    """Four runs of each; in the race the predators catch 0.5 and the prey escape 0.9, in the other 0.3 and 0.9."""
+    levels = {"race": 0.5, "paper": 0.3}
+    found = {
+        name: measured(np.full((4, 12, 6), level).tolist())
+        | measured(np.full((4, 12, 6), 0.1).tolist(), "prey")
+        | {"config": np.arange(4)}
+        for name, level in levels.items()
+    }
+    cells = tables.contrasts(found).splitlines()[-1].split(" | ")
+    assert cells[0] == "| `paper` †"
+    assert [cell.split()[0] for cell in cells[1:]] == ["-0.200", "+0.000", "+0.000", "+0.000"]
+
+
+def test_behaviours_that_grow_are_told_from_the_first_sixth_to_the_last() -> None:
+    """Three runs of twelve generations. Blockers rise by 0.06 in each, from 0.2; chance is 0.1; herding does not rise."""
+    rates = {"blocker": np.linspace(0.2, 0.86, 12), "herding": np.full(12, 0.3)}
+    race = {
+        f"behaviour.{name}": np.stack([rate, np.full(12, 0.1)], axis=-1)[None].repeat(3, axis=0)
+        for name, rate in rates.items()
+    }
+    assert courses.in_short({"race": race}).endswith("of the run: blocker 0.13 to 0.73.")
+    assert courses.in_short({"race": {"behaviour.herding": race["behaviour.herding"]}}) == ""
 
 
 def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:

@@ -57,7 +57,7 @@ def _two_prey(race: Arrays) -> str:
 def _other(name: str, found: Task) -> str:
     arrays, (predators, prey) = found[name], (_course(found[name], role) for role in ROLES)
     sides = f"both sides {prey}" if predators == prey else f"the predators {predators}, and the prey {prey}"
-    late = {r: compare(*(tables.late_gains(r)(each) for each in (arrays, found["race"]))) for r in ROLES}
+    late = {r: compare(*(endpoints.run_gains(each, r, half=True) for each in (arrays, found["race"]))) for r in ROLES}
     less = " and ".join(f"{tables.difference(each)} for the {role}" for role, each in late.items())
     n = len(arrays["config"])
     return (

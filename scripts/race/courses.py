@@ -53,9 +53,8 @@ def in_short(found: Task) -> str:
 
 def _ends(arrays: Arrays, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the rate of a behaviour beyond chance in the first and the last sixth, ``(n_seeds,)`` each."""
-    course = endpoints.course(arrays, name)
-    sixth = max(1, course.shape[1] // 6)
-    return np.nanmean(course[:, :sixth], axis=1), np.nanmean(course[:, -sixth:], axis=1)
+    first, last = endpoints.sixths(endpoints.course(arrays, name))
+    return np.nanmean(first, axis=1), np.nanmean(last, axis=1)
 
 
 def draw(arrays: Arrays, file: Path) -> None:

@@ -23,10 +23,24 @@ def gains(arrays: Arrays, role: Role, panel: str = "panel", *, half: bool = Fals
     """Return each run's gain against each opponent, the last sixth of its generations less the first:
     ``(n_seeds, n_opponents)``. With ``half``, of the second half of the run alone.
     """
-    found = results(arrays, role, panel)
-    found = found[:, found.shape[1] // 2 :] if half else found
+    return gained(results(arrays, role, panel), half=half)
+
+
+def gained(found: np.ndarray, *, half: bool) -> np.ndarray:
+    """Return the last sixth less the first of an array ``(n_seeds, n_generations, ...)``, or of its second half."""
+    first, last = sixths(found[:, found.shape[1] // 2 :] if half else found)
+    return np.asarray(last.mean(axis=1) - first.mean(axis=1))
+
+
+def sixths(found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first and the last sixth of the generations of an array ``(n_seeds, n_generations, ...)``."""
     sixth = max(1, found.shape[1] // 6)
-    return np.asarray(found[:, -sixth:].mean(axis=1) - found[:, :sixth].mean(axis=1))
+    return found[:, :sixth], found[:, -sixth:]
+
+
+def run_gains(arrays: Arrays, role: Role, *, half: bool) -> np.ndarray:
+    """Return each run's gain, mean over the panel, ``(n_seeds,)``."""
+    return np.asarray(gains(arrays, role, half=half).mean(axis=1))
 
 
 def mean_gain(arrays: Arrays, role: Role, *, half: bool, seeds: slice | list[int] = slice(None)) -> Interval:
@@ -36,8 +50,7 @@ def mean_gain(arrays: Arrays, role: Role, *, half: bool, seeds: slice | list[int
 
 def level(arrays: Arrays, role: Role, panel: str) -> np.ndarray:
     """Return each run's mean over the last sixth of its generations against a panel, ``(n_seeds,)``."""
-    found = results(arrays, role, panel)
-    return np.asarray(found[:, -max(1, found.shape[1] // 6) :].mean(axis=(1, 2)))
+    return np.asarray(sixths(results(arrays, role, panel))[1].mean(axis=(1, 2)))
 
 
 def told_level(arrays: Arrays) -> str:

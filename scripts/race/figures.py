@@ -19,7 +19,7 @@ Curves = Callable[[Arrays, Role], tuple[np.ndarray, np.ndarray]]
 
 def draw(task: str, every: dict[str, Arrays], shown: Sequence[str], place: Path) -> None:
     """Draw what the conditions of a task reach against the panel, by fresh evolution and by their own exploiters, and
-    how far all conditions stay behind `race`; curves of the conditions ``shown`` alone, or of all if none is there.
+    how far all conditions end from `race`; curves of the conditions ``shown`` alone, or of all if none is there.
     """
     found = {name: every[name] for name in shown if name in every} or every
     _draw(found, _level, "", "generation", "against the panel", place / f"level-{task}.png")
@@ -61,7 +61,7 @@ def _draw(
 
 
 def _differences(found: dict[str, Arrays], file: Path) -> None:
-    """Draw how much lower each condition ends than `race`, a row a condition."""
+    """Draw the level of each condition at the end, less that of `race`; a row a condition."""
     names = [name for name in found if name != "race"][::-1]
     figure, axes = plots.panels(2, width=4.6, height=0.9 + 0.25 * len(names), columns=2)
     data: dict[str, Sequence[object]] = {"condition": names}

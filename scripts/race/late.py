@@ -16,8 +16,9 @@ from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.sweep.results import is_whole
 from esp_trainer.types import ROLES, Role
 from predprey_env.agents import other_team
-from race.endpoints import ENOUGH
+from race.endpoints import gained, sixths
 from race.measure import GENERATIONS, Arrays
+from race.tables import marked
 
 LATE = 3
 """Champions of each run that the others meet, evenly spread over its last sixth."""
@@ -77,9 +78,7 @@ def gain(found: np.ndarray, *, half: bool) -> Interval:
     The interval is a percentile one. Runs are drawn with replacement, each as a run and as a member of the panel; a run
     never meets itself.
     """
-    found = found[:, found.shape[1] // 2 :] if half else found
-    sixth = max(1, found.shape[1] // 6)
-    gains = found[:, -sixth:].mean(axis=1) - found[:, :sixth].mean(axis=1)
+    gains = gained(found, half=half)
     apart = ~np.eye(len(gains), dtype=bool)
     drawn = np.random.default_rng(0).multinomial(len(gains), np.full(len(gains), 1 / len(gains)), RESAMPLES)
     sums, weights = (
@@ -98,16 +97,15 @@ def tell(kept: Path) -> str | None:
     rows = []
     for condition in dict.fromkeys(name.rpartition(".")[0] for name in found):
         n_runs = len(found[f"{condition}.prey"])
-        marked = f"`{condition}`{' †' * (n_runs < ENOUGH)}"
-        rows.append([marked, n_runs, *(_cell(found[f"{condition}.{role}"]) for role in ROLES)])
+        rows.append([marked(condition, n_runs), n_runs, *(_cell(found[f"{condition}.{role}"]) for role in ROLES)])
     heads = ["condition", "runs", *(f"{role}: course, gain, gain in the 2nd half" for role in ROLES)]
     return "\n\n".join([_TEXT, table(heads, rows), _verdict(found)])
 
 
 def _cell(found: np.ndarray) -> str:
-    sixth = max(1, found.shape[1] // 6)
-    middle = found.shape[1] // 2
-    course = (np.nanmean(part) for part in (found[:, :sixth], found[:, middle : middle + sixth], found[:, -sixth:]))
+    first, last = sixths(found)
+    middle = found[:, found.shape[1] // 2 :][:, : first.shape[1]]
+    course = (np.nanmean(part) for part in (first, middle, last))
     return f"{' -> '.join(f'{each:.2f}' for each in course)}; {gain(found, half=False)}; {gain(found, half=True)}"
 
 

@@ -69,7 +69,7 @@ def outcomes(arrays: Arrays) -> list[str]:
     """
     caught = arrays["caught"].astype(float)
     late = caught[:, -max(1, caught.shape[1] // 10) :].mean(axis=1)
-    lesser = np.minimum(*(endpoints.gains(arrays, role, half=True).mean(axis=1) for role in ROLES))
+    lesser = np.minimum(*(endpoints.run_gains(arrays, role, half=True) for role in ROLES))
     rules = {"won by the prey": late < WON, "won by the predators": late > 1 - WON, "goes on": lesser > 0}
     return [str(word) for word in np.select(list(rules.values()), list(rules), "levels off")]
 

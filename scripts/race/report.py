@@ -142,7 +142,7 @@ def _splitting(found: Task, who: str, looked_at: int) -> str:
         looked_at: Number of runs with one network whose results were known before the others were done.
     """
     split, whole = found["race"], found["race-monolithic"]
-    gain = {r: compare(*(endpoints.gains(a, r, half=True).mean(axis=1) for a in (split, whole))) for r in ROLES}
+    gain = {r: compare(*(endpoints.run_gains(a, r, half=True) for a in (split, whole))) for r in ROLES}
     level = {r: compare(*(endpoints.level(a, r, "panel") for a in (split, whole))) for r in ROLES}
     gains = (f"{role} {tables.difference(each)} (p {each.p:.2g} without correction)" for role, each in gain.items())
     levels = (f"{role} {tables.difference(each)}" for role, each in level.items())

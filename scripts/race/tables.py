@@ -61,13 +61,16 @@ EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
 
 def by_condition(found: dict[str, Arrays], columns: dict[str, Column]) -> str:
     """Return a table with a row for each condition."""
-    rows = [[marked(name, arrays), *(column(arrays) for column in columns.values())] for name, arrays in found.items()]
+    rows = [
+        [marked(name, len(arrays["config"])), *(column(arrays) for column in columns.values())]
+        for name, arrays in found.items()
+    ]
     return table(["condition", *columns], rows)
 
 
-def marked(name: str, arrays: Arrays) -> str:
+def marked(name: str, n_runs: int) -> str:
     """Return the name of a condition, with a mark if it has few runs."""
-    return f"`{name}`{' †' * (len(arrays['config']) < endpoints.ENOUGH)}"
+    return f"`{name}`{' †' * (n_runs < endpoints.ENOUGH)}"
 
 
 def lesser_gains(found: dict[str, Arrays]) -> str:
@@ -75,10 +78,10 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
     tests = {}
     for half in (False, True):
         for name, arrays in found.items():
-            both = (endpoints.gains(arrays, role, half=half).mean(axis=1) for role in ROLES)
+            both = (endpoints.run_gains(arrays, role, half=half) for role in ROLES)
             tests[name, half] = lesser_gain(*both)
     corrected = dict(zip(tests, holm([p for _, p in tests.values()]), strict=True))
-    rows = [[marked(name, arrays)] for name, arrays in found.items()]
+    rows = [[marked(name, len(arrays["config"]))] for name, arrays in found.items()]
     for half in (False, True):
         for row, name in zip(rows, found, strict=True):
             row += [f"{tests[name, half][0]:+.3f}", f"{corrected[name, half]:.2g}"]
@@ -87,33 +90,27 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
 
 def contrasts(found: dict[str, Arrays]) -> str:
     """Return a table of each other condition less `race`, at the end of the run and in its second half."""
-    measures = {
-        f"{role}, {what}": measure
-        for role in ROLES
-        for what, measure in (("level", _reached(role)), ("2nd half", late_gains(role)))
-    }
     cells = {
-        name: [compare(measure(arrays), measure(found["race"])) for measure in measures.values()]
+        name: [compare(*each) for each in zip(_measures(arrays), _measures(found["race"]), strict=True)]
         for name, arrays in found.items()
         if name != "race"
     }
     corrected = iter(holm([each.p for row in cells.values() for each in row]))
     rows = [
-        [marked(name, found[name]), *(f"{difference(each)}, p {next(corrected):.2g}" for each in row)]
+        [marked(name, len(found[name]["config"])), *(f"{difference(each)}, p {next(corrected):.2g}" for each in row)]
         for name, row in cells.items()
     ]
-    return table(["condition", *measures], rows)
+    return table(["condition", *(f"{role}, {what}" for role in ROLES for what in ("level", "2nd half"))], rows)
+
+
+def _measures(arrays: Arrays) -> list[np.ndarray]:
+    """Return each side's level at the end and its gain in the second half, ``(n_seeds,)`` each."""
+    of_sides = (
+        (endpoints.level(arrays, role, "panel"), endpoints.run_gains(arrays, role, half=True)) for role in ROLES
+    )
+    return [measure for side in of_sides for measure in side]
 
 
 def difference(found: Comparison) -> str:
     """Return a difference between seeds with its interval."""
     return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
-
-
-def _reached(role: Role) -> Callable[[Arrays], np.ndarray]:
-    return lambda arrays: endpoints.level(arrays, role, "panel")
-
-
-def late_gains(role: Role) -> Callable[[Arrays], np.ndarray]:
-    """Return a function of a condition: what a side of each run gains in the second half, ``(n_seeds,)``."""
-    return lambda arrays: np.asarray(endpoints.gains(arrays, role, half=True).mean(axis=1))
