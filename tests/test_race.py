@@ -69,7 +69,7 @@ def test_a_contrast_is_a_condition_less_the_race() -> None:
 
 
 def test_behaviours_that_grow_are_told_from_the_first_sixth_to_the_last() -> None:
-    """Three runs of twelve generations. Blockers rise by 0.06 in each, from 0.2; chance is 0.1; herding does not rise."""
+    """Three runs of twelve generations. Blockers rise by 0.06 in each, from 0.2; chance is 0.1. Herding stays."""
     rates = {"blocker": np.linspace(0.2, 0.86, 12), "herding": np.full(12, 0.3)}
     race = {
         f"behaviour.{name}": np.stack([rate, np.full(12, 0.1)], axis=-1)[None].repeat(3, axis=0)
