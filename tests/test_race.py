@@ -89,10 +89,17 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     escaped = np.stack([level, level, rising, level])[..., None].repeat(6, axis=2)
     arrays = measured(predators.tolist()) | measured((1 - escaped).tolist(), "prey")
     arrays |= {"caught": caught, "config": np.array([json.dumps({"seed": seed}) for seed in (7, 8, 9, 10)])}
+    fresh = np.array([[[0.5, 0.9], [0.5, 0.7]]]).repeat(4, axis=0)  # of each run's first and last third: before, after
+    arrays |= {"response.predators": fresh, "response.prey": 1 - fresh}
     assert long.outcomes(arrays) == ["won by the prey", "won by the predators", "goes on", "levels off"]
     told = long.tell(arrays, "long.png")
     assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
+    assert told.count("| 0.90 -> 0.70 | 0.90 -> 0.70 |") == 4
+    assert "in every run both sides become harder to beat" in told
+    assert "fresh predators catch 0.90 -> 0.70 of the prey, and of fresh prey 0.90 -> 0.70 escape" in told
+    fresh[3, 1] = 0.9  # the last champions of one run are as easy to beat as the first
+    assert "Not every side becomes harder to beat" in long.tell(arrays, "long.png")
 
 
 def test_what_fresh_evolution_reaches_is_higher_for_a_side_that_is_more_exploited() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from esp_trainer.analysis.gains import Interval
-from esp_trainer.analysis.inference import compare
+from esp_trainer.analysis.inference import compare, summary
 from esp_trainer.types import ROLES, Role
 from race import courses, endpoints, long, tables
 from race.endpoints import told_level
@@ -71,8 +71,12 @@ def _beaten(found: Task, prey: str) -> str:
     told = []
     for name in ("race", "race-monolithic"):
         if name in found:
-            first, *_, last = endpoints.exploited(found[name], "predators").mean(axis=0)
-            told.append(f"{first:.2f} of the first third's champions and {last:.2f} of the last third's (`{name}`)")
+            first, *_, last = endpoints.exploited(found[name], "predators").T
+            change = summary(last - first)
+            told.append(
+                f"{first.mean():.2f} of the first third's champions and {last.mean():.2f} of the last third's "
+                f"(`{name}`; change {change})"
+            )
     head = f"**Champions of {prey} can be beaten**: 60 generations of fresh predators catch "
     return (head + "; ".join(told) + ".") * bool(told)
 

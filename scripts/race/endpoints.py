@@ -76,3 +76,11 @@ def exploited(arrays: Arrays, role: Role) -> np.ndarray:
     """
     caught = arrays[f"response.{role}"][..., 1].astype(float)
     return caught if role == "predators" else 1.0 - caught
+
+
+def exploiters(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
+    """Return the generations in which a run's own exploiters of ``role`` were evolved, ``(n,)``, and what they reached
+    against the champion of the moment, higher is better for them: ``(n_seeds, n)``.
+    """
+    caught = arrays[f"exploited.{role}"].astype(float)
+    return arrays["exploited.generations"][0], caught if role == "predators" else 1.0 - caught

@@ -28,7 +28,7 @@ def draw(task: str, every: dict[str, Arrays], shown: Sequence[str], place: Path)
         _differences(every, place / f"differences-{task}.png")
     if own := {name: arrays for name, arrays in found.items() if "exploited.prey" in arrays}:
         file = place / f"exploiters-{task}.png"
-        _draw(own, _exploiters, "exploiting ", "generation", "against the champion", file, window=3)
+        _draw(own, endpoints.exploiters, "exploiting ", "generation", "against the champion", file, window=3)
 
 
 def _level(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
@@ -37,11 +37,6 @@ def _level(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
 
 def _exploited(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
     return arrays["response.generations"][0], endpoints.exploited(arrays, role)
-
-
-def _exploiters(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
-    caught = arrays[f"exploited.{role}"].astype(float)
-    return arrays["exploited.generations"][0], caught if role == "predators" else 1 - caught
 
 
 def _draw(

@@ -22,20 +22,30 @@ PARTS = 5
 """Equal parts of a run whose means the table shows."""
 WON = 0.05
 """A run is won if the champions catch less of their contemporaries' prey than this, or more than all but this."""
+_FIGURE = (
+    "Long runs. Left: the fraction of prey that champions catch of their contemporaries. Middle: what exploiting "
+    "predators catch of the champion's prey within 20 generations. Right: exploiting prey that escape the champion. "
+    "Moving averages over 100 generations."
+)
+_TABLE = (
+    "Means of fifths of each run; of fresh evolution, what it reaches against the champions at the end of each third:"
+)
 _LUCK = "A run in which nothing changes would be said to go on about one time in four."
 
 
 def tell(arrays: Arrays, figure: str) -> str:
     """Return what became of the runs as Markdown."""
     sides = [f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)} against the panel" for role in ROLES]
-    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. {_LUCK} Means of fifths of each run:"
+    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. {_LUCK} {_TABLE}"
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
+    heads += [f"fresh {role}" for role in ROLES]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
+    fresh = [endpoints.exploited(arrays, role) for role in ROLES]
     rows = [
-        [seed, end, *(_course(curve[run]) for curve in curves)]
+        [seed, end, *(_course(curve[run]) for curve in curves), *(_arrows(thirds[run]) for thirds in fresh)]
         for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
-    return f"{title}\n\n{table(heads, rows)}\n\n![Fraction of prey that champions catch, run by run]({figure})"
+    return f"{title}\n\n{table(heads, rows)}\n\n![{_FIGURE}]({figure})\n\n{_FIGURE}"
 
 
 def in_short(arrays: Arrays) -> str:
@@ -44,19 +54,43 @@ def in_short(arrays: Arrays) -> str:
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
     return (
         f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) "
-        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}."
+        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}. {_fresh(arrays)}"
+    )
+
+
+def _fresh(arrays: Arrays) -> str:
+    """Return what fresh evolution reaches against the champions of the first third and of the last."""
+    by_third = [endpoints.exploited(arrays, role) for role in ROLES]
+    harder = all((each[:, -1] < each[:, 0]).all() for each in by_third)
+    head = "Yet in every run both sides become harder to beat" if harder else "Not every side becomes harder to beat"
+    predators, prey = (_arrows(each[:, [0, -1]].mean(axis=0)) for each in by_third)
+    return (
+        f"{head}: from the champions of the first third to those of the last, 60 generations of fresh predators catch "
+        f"{predators} of the prey, and of fresh prey {prey} escape."
     )
 
 
 def draw(arrays: Arrays, file: Path) -> None:
-    """Draw the fraction of prey that the champions of each run catch of their contemporaries."""
-    figure, (axes,) = plots.panels(1, width=9, height=2.7)
-    data: dict[str, np.ndarray] = {"generation": np.arange(arrays["caught"].shape[1])}
-    for number, (seed, caught) in enumerate(zip(_seeds(arrays), arrays["caught"].astype(float), strict=True)):
-        data |= plots.curve(axes, data["generation"], caught[None], f"seed {seed}", number, window=WINDOW)
-    axes.set(xlabel="generation", ylabel="fraction of prey caught", ylim=(0, 1))
-    plots.legend_above(axes)
-    plots.save(figure, file, {name: values[:: WINDOW // 2] for name, values in data.items()})
+    """Draw the fraction of prey that the champions of each run catch of their contemporaries, and what the run's
+    exploiters reach against the champions.
+    """
+    found = {"champions": (np.arange(arrays["caught"].shape[1]), arrays["caught"].astype(float), WINDOW)}
+    for role in ROLES if "exploited.prey" in arrays else ():
+        x, reached = endpoints.exploiters(arrays, role)
+        found[f"exploiting {role}"] = x, reached, max(1, WINDOW // int(x[0] + 1))
+    last = min(len(x) for x, _, _ in found.values())
+    figure, axes = plots.panels(len(found), width=3.6, columns=3)
+    data: dict[str, np.ndarray] = {}
+    for panel, (title, (x, runs, window)) in zip(axes, found.items(), strict=True):
+        kept = np.linspace(0, len(x) - 1, last).astype(int)
+        data |= {f"{title}: generation": x[kept]}
+        for number, (seed, values) in enumerate(zip(_seeds(arrays), runs, strict=True)):
+            (curve,) = plots.curve(panel, x, values[None], f"seed {seed}", number, window=window).values()
+            data |= {f"{title}: seed {seed}": curve[kept]}
+        panel.set(title=title, xlabel="generation", ylim=(0, 1))
+    axes[0].set(ylabel="caught, or escaped")
+    plots.legend_above(axes[0])
+    plots.save(figure, file, data)
 
 
 def _seeds(arrays: Arrays) -> list[int]:
@@ -75,4 +109,8 @@ def outcomes(arrays: Arrays) -> list[str]:
 
 
 def _course(curve: np.ndarray) -> str:
-    return " -> ".join(f"{part.mean():.2f}" for part in np.array_split(curve, PARTS))
+    return _arrows(np.array([part.mean() for part in np.array_split(curve, PARTS)]))
+
+
+def _arrows(values: np.ndarray) -> str:
+    return " -> ".join(f"{value:.2f}" for value in values)

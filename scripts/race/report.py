@@ -93,7 +93,7 @@ def _of_task(task: str, every: Task, against_late: str | None) -> str:
         parts += [figure, _EXPLOITERS]
     parts += [
         f"![What fresh teams reach against frozen champions, by their generation](race/exploited-{task}.png)",
-        "What fresh evolution reaches against the champions of the first, the middle and the last third.",
+        _FRESH,
         tables.by_condition(found, tables.EXPLOITED),
         "Behaviours, rate beyond chance, mean over the generations.",
         tables.by_condition(found, {name: tables.behaviour(name) for name in TRACKED[task]}),
@@ -177,6 +177,10 @@ _CONTRASTS = (
 _LESSER = (
     "The smaller of the two sides' gains, mean over seeds, with its p against runs read backwards (Holm over this "
     "table). A small p says that something changes; it is also found where one side only holds its level."
+)
+_FRESH = (
+    "What fresh evolution reaches against the champions at the end of the first and of the last third, mean over seeds "
+    "[95% interval], and the change from one to the other."
 )
 _EXPLOITERS = (
     "What the runs' own exploiters reach within 20 generations against the champion of the moment. Left: the "

@@ -32,10 +32,14 @@ def _genes(role: Role) -> Column:
     return column
 
 
-def _exploited(role: Role) -> Column:
+def _exploited(role: Role, third: int) -> Column:
+    return lambda arrays: summary(endpoints.exploited(arrays, role)[:, third])
+
+
+def _exploited_change(role: Role) -> Column:
     def column(arrays: Arrays) -> str:
-        by_third = endpoints.exploited(arrays, role)
-        return " -> ".join(f"{value:.2f}" for value in by_third.mean(axis=0))
+        first, *_, last = endpoints.exploited(arrays, role).T
+        return summary(last - first)
 
     return column
 
@@ -56,7 +60,15 @@ LEVELS = {
 }
 GAINS = {f"{role}{', 2nd half' * half}": _gain(role, half=half) for half in (False, True) for role in ROLES}
 GAINS |= {f"genes, {role}": _genes(role) for role in ROLES}
-EXPLOITED = {f"fresh {role}": _exploited(role) for role in ROLES}
+EXPLOITED = {
+    f"fresh {role}{what}": column
+    for role in ROLES
+    for what, column in (
+        (", first third", _exploited(role, 0)),
+        (", last third", _exploited(role, -1)),
+        (", change", _exploited_change(role)),
+    )
+}
 
 
 def by_condition(found: dict[str, Arrays], columns: dict[str, Column]) -> str:

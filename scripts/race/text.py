@@ -30,7 +30,7 @@ METHOD = """## How to read the tables
   tested against the same runs read backwards, since the smaller of two noisy numbers is below 0 where nothing
   changes.
 - **Fresh evolution**: 60 generations of evolution from nothing against frozen champions, by the same settings.
-  If a race leads to better teams, later champions give less away. No interval is computed for it.
+  If a race leads to better teams, later champions give less away.
 - **Behaviours**: fraction of the episodes, champion against contemporary champion, in which a detector fires, less
   its rate where predators and prey come from different episodes
   ([definitions](../esp_trainer/analysis/behaviours/registry.py))."""
