@@ -22,7 +22,7 @@ SCRIPTS = Path(__file__).parents[1] / "scripts"
 TASKS = ["3v1", "3v2", "steppe"]
 sys.path.insert(0, str(SCRIPTS))
 
-from race import courses, endpoints, late, long, tables  # noqa: E402
+from race import courses, endpoints, exploitability, late, long, tables  # noqa: E402
 from race.alive import Alive  # noqa: E402
 from race.measure import gather, kept_rows, measured_file  # noqa: E402
 from race.report import write  # noqa: E402
@@ -89,23 +89,38 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     escaped = np.stack([level, level, rising, level])[..., None].repeat(6, axis=2)
     arrays = measured(predators.tolist()) | measured((1 - escaped).tolist(), "prey")
     arrays |= {"caught": caught, "config": np.array([json.dumps({"seed": seed}) for seed in (7, 8, 9, 10)])}
-    fresh = np.array([[[0.5, 0.9], [0.5, 0.7]]]).repeat(4, axis=0)  # of each run's first and last third: before, after
-    arrays |= {"response.predators": fresh, "response.prey": 1 - fresh}
+    frozen = np.array([[[0.1, 0.9], [0.2, 0.8], [0.3, 0.7]]]).repeat(4, axis=0)  # by contemporaries, by fresh teams
+    arrays |= {"response.predators": frozen, "response.prey": 1 - frozen, "exploited.generations": np.arange(4)}
+    arrays |= {f"exploited.{role}": np.full((4, 6), 0.25) for role in ("predators", "prey")}
     assert long.outcomes(arrays) == ["won by the prey", "won by the predators", "goes on", "levels off"]
     told = long.tell(arrays, "long.png")
     assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
-    assert told.count("| 0.90 -> 0.70 | 0.90 -> 0.70 |") == 4
-    assert "in every run both sides become harder to beat" in told
-    assert "fresh predators catch 0.90 -> 0.70 of the prey, and of fresh prey 0.90 -> 0.70 escape" in told
-    fresh[3, 1] = 0.9  # the last champions of one run are as easy to beat as the first
-    assert "Not every side becomes harder to beat" in long.tell(arrays, "long.png")
+    assert told.count("| 0.90 -> 0.80 -> 0.70 | 0.90 -> 0.80 -> 0.70 |") == 4
+    assert "Of the runs' own prey 0.300 escape the last predators." in told
 
 
-def test_what_fresh_evolution_reaches_is_higher_for_a_side_that_is_more_exploited() -> None:
-    arrays = {"response.predators": np.array([[[0.1, 0.9]]]), "response.prey": np.array([[[0.4, 0.3]]])}
-    assert endpoints.exploited(arrays, "predators").tolist() == [[0.9]]
-    assert endpoints.exploited(arrays, "prey").tolist() == [[0.7]]
+def test_exploiters_are_told_by_thirds_and_fresh_teams_beside_contemporaries() -> None:
+    """Three runs with six exploiters a side, two in each third; predators catch, and prey are caught by, so much."""
+    caught = np.array([[0.9, 0.7, 0.6, 0.6, 0.5, 0.3]]).repeat(3, axis=0)
+    arrays = {"exploited.predators": caught, "exploited.prey": caught, "exploited.generations": np.arange(6)[None]}
+    frozen = np.array([[[0.1, 0.9], [0.2, 0.8], [0.3, 0.7]]]).repeat(3, axis=0)
+    arrays |= {"response.predators": frozen, "response.prey": frozen, "config": np.arange(3)}
+    told = "\n".join(exploitability.tell("steppe", {"race": arrays}))
+    assert (
+        "| `race` † | 0.80 -> 0.60 -> 0.40; -0.400 [-0.400, -0.400] | 0.20 -> 0.40 -> 0.60; +0.400 [+0.400, +0.400] |"
+    ) in told
+    fresh_and_contemporary_predators = "0.90 -> 0.80 -> 0.70; -0.200 [-0.200, -0.200] | 0.10 -> 0.20 -> 0.30; +0.200"
+    assert fresh_and_contemporary_predators in told
+    assert told.endswith("+0.200 [+0.200, +0.200] | 0.10 -> 0.20 -> 0.30; +0.200 [+0.200, +0.200] |")
+    short = exploitability.in_short(arrays, "two prey")
+    assert "fresh predators catch 0.70 of the last prey, of which the run's own catch 0.30" in short
+    assert "0.30 of fresh prey escape, and 0.70 of the run's own" in short
+    splitting = exploitability.of_splitting({"race": arrays, "race-monolithic": arrays})
+    assert splitting.endswith(
+        "catch 0.40 of them (-0.400 [-0.400, -0.400] since the first third), and 0.40 of prey "
+        "with one network (-0.400 [-0.400, -0.400])."
+    )
 
 
 def test_without_measurements_there_is_nothing_to_report(tmp_path: Path) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 
 from esp_trainer.analysis.gains import Interval
-from esp_trainer.analysis.inference import compare, summary
+from esp_trainer.analysis.inference import compare
 from esp_trainer.types import ROLES, Role
-from race import courses, endpoints, long, tables
+from race import courses, endpoints, exploitability, long, tables
 from race.endpoints import told_level
 from race.measure import Arrays, Task
 
@@ -29,7 +29,10 @@ def in_short(tasks: dict[str, Task]) -> str:
     told = [_two_prey(steppe["race"]), courses.in_short(steppe)] if "race" in steppe else []
     told += [long.in_short(steppe[long.CONDITION])] if long.CONDITION in steppe else []
     told += [_other(name, steppe) for name in OTHERS if {"race", name} <= steppe.keys()]
-    told += [_one_prey(tasks.get("3v1", {})), *(_beaten(tasks[task], of) for task, of in PREY.items() if task in tasks)]
+    told.append(_one_prey(tasks.get("3v1", {})))
+    told += [
+        exploitability.in_short(tasks[task]["race"], of) for task, of in PREY.items() if "race" in tasks.get(task, {})
+    ]
     return "\n".join(f"- {each}" for each in told if each)
 
 
@@ -64,21 +67,6 @@ def _other(name: str, found: Task) -> str:
         f"**{OTHERS[name]} (`{name}`, {n} seeds{', a first look' * (n < endpoints.ENOUGH)}), {sides}; the second-half "
         f"gain less that of the recommended setting is {less}. In the end {told_level(arrays)}."
     )
-
-
-def _beaten(found: Task, prey: str) -> str:
-    """Return what fresh evolution reaches against the prey of the first and the last third."""
-    told = []
-    for name in ("race", "race-monolithic"):
-        if name in found:
-            first, *_, last = endpoints.exploited(found[name], "predators").T
-            change = summary(last - first)
-            told.append(
-                f"{first.mean():.2f} of the first third's champions and {last.mean():.2f} of the last third's "
-                f"(`{name}`; change {change})"
-            )
-    head = f"**Champions of {prey} can be beaten**: 60 generations of fresh predators catch "
-    return (head + "; ".join(told) + ".") * bool(told)
 
 
 def _one_prey(found: Task) -> str:

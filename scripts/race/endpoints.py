@@ -70,11 +70,20 @@ def course(arrays: Arrays, name: str) -> np.ndarray:
     return over_chance(rate, null, alone=is_alone(name))
 
 
-def exploited(arrays: Arrays, role: Role) -> np.ndarray:
+def fresh(arrays: Arrays, role: Role) -> np.ndarray:
     """Return what fresh evolution of ``role`` reaches against frozen opponents, higher is better for it:
     ``(n_seeds, n_generations)``.
     """
-    caught = arrays[f"response.{role}"][..., 1].astype(float)
+    return _against_frozen(arrays, role)[..., 1]
+
+
+def contemporaries(arrays: Arrays, role: Role) -> np.ndarray:
+    """Return what the champions of ``role`` reach against the same frozen opponents, which are their contemporaries."""
+    return _against_frozen(arrays, role)[..., 0]
+
+
+def _against_frozen(arrays: Arrays, role: Role) -> np.ndarray:
+    caught = arrays[f"response.{role}"].astype(float)
     return caught if role == "predators" else 1.0 - caught
 
 
@@ -84,3 +93,8 @@ def exploiters(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
     """
     caught = arrays[f"exploited.{role}"].astype(float)
     return arrays["exploited.generations"][0], caught if role == "predators" else 1.0 - caught
+
+
+def by_third(values: np.ndarray) -> np.ndarray:
+    """Return the means of three equal parts of each run's values ``(n_seeds, n)``, ``(n_seeds, 3)``."""
+    return np.stack([part.mean(axis=1) for part in np.array_split(values, 3, axis=1)], axis=1)

@@ -23,7 +23,7 @@ def draw(task: str, every: dict[str, Arrays], shown: Sequence[str], place: Path)
     """
     found = {name: every[name] for name in shown if name in every} or every
     _draw(found, _level, "", "generation", "against the panel", place / f"level-{task}.png")
-    _draw(found, _exploited, "fresh ", "generation of the frozen side", "reached", place / f"exploited-{task}.png")
+    _draw(found, _fresh, "fresh ", "generation of the frozen side", "reached", place / f"exploited-{task}.png")
     if "race" in found and len(every) > 1:
         _differences(every, place / f"differences-{task}.png")
     if own := {name: arrays for name, arrays in found.items() if "exploited.prey" in arrays}:
@@ -35,8 +35,8 @@ def _level(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
     return arrays["generations"][0], endpoints.results(arrays, role, "panel").mean(axis=2)
 
 
-def _exploited(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
-    return arrays["response.generations"][0], endpoints.exploited(arrays, role)
+def _fresh(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
+    return arrays["response.generations"][0], endpoints.fresh(arrays, role)
 
 
 def _draw(

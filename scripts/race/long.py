@@ -11,8 +11,9 @@ from study import table
 
 from esp_trainer.analysis import plots
 from esp_trainer.types import ROLES
-from race import endpoints
+from race import endpoints, exploitability
 from race.measure import Arrays
+from race.tables import arrows
 
 CONDITION = "long"
 PLANNED = 5
@@ -40,9 +41,9 @@ def tell(arrays: Arrays, figure: str) -> str:
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
     heads += [f"fresh {role}" for role in ROLES]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
-    fresh = [endpoints.exploited(arrays, role) for role in ROLES]
+    fresh = [endpoints.fresh(arrays, role) for role in ROLES]
     rows = [
-        [seed, end, *(_course(curve[run]) for curve in curves), *(_arrows(thirds[run]) for thirds in fresh)]
+        [seed, end, *(_course(curve[run]) for curve in curves), *(arrows(thirds[run]) for thirds in fresh)]
         for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
     return f"{title}\n\n{table(heads, rows)}\n\n![{_FIGURE}]({figure})\n\n{_FIGURE}"
@@ -54,20 +55,16 @@ def in_short(arrays: Arrays) -> str:
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
     return (
         f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) "
-        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}. {_fresh(arrays)}"
+        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}.{_learned(arrays)}"
     )
 
 
-def _fresh(arrays: Arrays) -> str:
-    """Return what fresh evolution reaches against the champions of the first third and of the last."""
-    by_third = [endpoints.exploited(arrays, role) for role in ROLES]
-    harder = all((each[:, -1] < each[:, 0]).all() for each in by_third)
-    head = "Yet in every run both sides become harder to beat" if harder else "Not every side becomes harder to beat"
-    predators, prey = (_arrows(each[:, [0, -1]].mean(axis=0)) for each in by_third)
-    return (
-        f"{head}: from the champions of the first third to those of the last, 60 generations of fresh predators catch "
-        f"{predators} of the prey, and of fresh prey {prey} escape."
-    )
+def _learned(arrays: Arrays) -> str:
+    """Return how hard the champions of both sides are to learn against, in a sentence; nothing without exploiters."""
+    if "exploited.prey" not in arrays:
+        return ""
+    escaped = endpoints.contemporaries(arrays, "prey")[:, -1].mean()
+    return f" {exploitability.learned_against(arrays)} Of the runs' own prey {escaped:.3f} escape the last predators."
 
 
 def draw(arrays: Arrays, file: Path) -> None:
@@ -109,8 +106,4 @@ def outcomes(arrays: Arrays) -> list[str]:
 
 
 def _course(curve: np.ndarray) -> str:
-    return _arrows(np.array([part.mean() for part in np.array_split(curve, PARTS)]))
-
-
-def _arrows(values: np.ndarray) -> str:
-    return " -> ".join(f"{value:.2f}" for value in values)
+    return arrows(np.array([part.mean() for part in np.array_split(curve, PARTS)]))

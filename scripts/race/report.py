@@ -9,7 +9,7 @@ import numpy as np
 from esp_trainer.analysis.inference import compare, summary
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES, Role
-from race import answer, courses, endpoints, late, long, tables
+from race import answer, courses, endpoints, exploitability, late, long, tables
 from race.figures import draw
 from race.measure import Arrays, Task
 from race.text import HEAD, METHOD, TASK_TITLES
@@ -88,13 +88,8 @@ def _of_task(task: str, every: Task, against_late: str | None) -> str:
             tables.contrasts(found),
         ]
     parts += [_LESSER, tables.lesser_gains(found)]
-    if any("exploited.prey" in arrays for arrays in found.values()):
-        figure = f"![What exploiters reach against the champion, by generation](race/exploiters-{task}.png)"
-        parts += [figure, _EXPLOITERS]
     parts += [
-        f"![What fresh teams reach against frozen champions, by their generation](race/exploited-{task}.png)",
-        _FRESH,
-        tables.by_condition(found, tables.EXPLOITED),
+        *exploitability.tell(task, found),
         "Behaviours, rate beyond chance, mean over the generations.",
         tables.by_condition(found, {name: tables.behaviour(name) for name in TRACKED[task]}),
     ]
@@ -177,13 +172,4 @@ _CONTRASTS = (
 _LESSER = (
     "The smaller of the two sides' gains, mean over seeds, with its p against runs read backwards (Holm over this "
     "table). A small p says that something changes; it is also found where one side only holds its level."
-)
-_FRESH = (
-    "What fresh evolution reaches against the champions at the end of the first and of the last third, mean over seeds "
-    "[95% interval], and the change from one to the other."
-)
-_EXPLOITERS = (
-    "What the runs' own exploiters reach within 20 generations against the champion of the moment. Left: the "
-    "champion's prey that exploiting predators catch. Right: exploiting prey that escape. Moving averages "
-    "over three exploiters."
 )

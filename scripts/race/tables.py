@@ -8,7 +8,7 @@ import numpy as np
 from study import table
 
 from esp_trainer.analysis.gains import lesser_gain
-from esp_trainer.analysis.inference import Comparison, compare, holm, summary
+from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm, over_seeds, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.measure import Arrays
@@ -32,18 +32,6 @@ def _genes(role: Role) -> Column:
     return column
 
 
-def _exploited(role: Role, third: int) -> Column:
-    return lambda arrays: summary(endpoints.exploited(arrays, role)[:, third])
-
-
-def _exploited_change(role: Role) -> Column:
-    def column(arrays: Arrays) -> str:
-        first, *_, last = endpoints.exploited(arrays, role).T
-        return summary(last - first)
-
-    return column
-
-
 def behaviour(name: str) -> Column:
     """Return the column of a behaviour, beyond chance."""
     return lambda arrays: summary(endpoints.behaviour(arrays, name)) if f"behaviour.{name}" in arrays else "-"
@@ -60,15 +48,6 @@ LEVELS = {
 }
 GAINS = {f"{role}{', 2nd half' * half}": _gain(role, half=half) for half in (False, True) for role in ROLES}
 GAINS |= {f"genes, {role}": _genes(role) for role in ROLES}
-EXPLOITED = {
-    f"fresh {role}{what}": column
-    for role in ROLES
-    for what, column in (
-        (", first third", _exploited(role, 0)),
-        (", last third", _exploited(role, -1)),
-        (", change", _exploited_change(role)),
-    )
-}
 
 
 def by_condition(found: dict[str, Arrays], columns: dict[str, Column]) -> str:
@@ -126,3 +105,17 @@ def _measures(arrays: Arrays) -> list[np.ndarray]:
 def difference(found: Comparison) -> str:
     """Return a difference between seeds with its interval."""
     return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
+
+
+def arrows(values: np.ndarray) -> str:
+    """Return values one after the other."""
+    return " -> ".join(f"{value:.2f}" for value in values)
+
+
+def change(first: np.ndarray, last: np.ndarray) -> str:
+    """Return the mean over seeds of a change, ``(n_seeds,)`` each, with its interval for enough seeds."""
+    changes = last - first
+    if len(changes) < MIN_SEEDS:
+        return f"{changes.mean():+.3f}"
+    found = over_seeds(changes)
+    return f"{found.mean:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"

@@ -29,8 +29,8 @@ METHOD = """## How to read the tables
 - **Lesser gain**: in each run the smaller of the two sides' gains, which is above 0 only if both improve. It is
   tested against the same runs read backwards, since the smaller of two noisy numbers is below 0 where nothing
   changes.
-- **Fresh evolution**: 60 generations of evolution from nothing against frozen champions, by the same settings.
-  If a race leads to better teams, later champions give less away.
+- **Fresh evolution**: 60 generations of evolution from nothing against frozen champions, by the same settings: a
+  lower bound, as more generations reach more.
 - **Behaviours**: fraction of the episodes, champion against contemporary champion, in which a detector fires, less
   its rate where predators and prey come from different episodes
   ([definitions](../esp_trainer/analysis/behaviours/registry.py))."""
