@@ -53,18 +53,12 @@ def in_short(arrays: Arrays) -> str:
     """Return how many runs ended in which way."""
     n_generations, n_runs = arrays["caught"].shape[1], len(arrays["config"])
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
+    escaped = endpoints.contemporaries(arrays, "prey")[:, -1].mean()
     return (
         f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) "
-        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}.{_learned(arrays)}"
+        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}."
+        f"{exploitability.learned_against(arrays)} Of the runs' own prey {escaped:.3f} escape the last predators."
     )
-
-
-def _learned(arrays: Arrays) -> str:
-    """Return how hard the champions of both sides are to learn against, in a sentence; nothing without exploiters."""
-    if "exploited.prey" not in arrays:
-        return ""
-    escaped = endpoints.contemporaries(arrays, "prey")[:, -1].mean()
-    return f" {exploitability.learned_against(arrays)} Of the runs' own prey {escaped:.3f} escape the last predators."
 
 
 def draw(arrays: Arrays, file: Path) -> None:
