@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from esp_trainer.analysis.inference import signed
 from esp_trainer.arrays import SeedValues
 
 RESAMPLES = 10_000
@@ -20,7 +21,7 @@ class Interval:
     high: float
 
     def __str__(self) -> str:
-        return f"{self.mean:+.3f} [{self.low:+.3f}, {self.high:+.3f}]"
+        return signed(self.mean, self.low, self.high)
 
 
 def over_runs_and_panel(table: np.ndarray, per_run: int = 1, seed: int = 0) -> Interval:

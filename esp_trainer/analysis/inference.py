@@ -36,6 +36,11 @@ class Estimate:
     def __str__(self) -> str:
         return f"{self.mean:z.3f} [{self.low:z.3f}, {self.high:z.3f}]"
 
+    @property
+    def signed(self) -> str:
+        """The mean of a change, with its interval, as text with signs."""
+        return signed(self.mean, self.low, self.high)
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -51,9 +56,18 @@ class Comparison:
     """Two-sided p-value."""
 
     def __str__(self) -> str:
-        # No "z" format: the sign of a rounded zero shows on which side of 0 the end of an interval lies.
-        interval = f"{self.difference:+.3f} [{self.low:+.3f}, {self.high:+.3f}]"
-        return f"{interval}, delta {self.effect:+.2f}, p {self.p:.2g}"
+        return f"{self.interval}, delta {self.effect:+.2f}, p {self.p:.2g}"
+
+    @property
+    def interval(self) -> str:
+        """The difference, with its interval, as text with signs."""
+        return signed(self.difference, self.low, self.high)
+
+
+def signed(value: float, low: float, high: float) -> str:
+    """Return a change and its interval as text with signs, ``+0.062 [+0.019, +0.102]``."""
+    # No "z" format: the sign of a rounded zero shows on which side of 0 the end of an interval lies.
+    return f"{value:+.3f} [{low:+.3f}, {high:+.3f}]"
 
 
 def over_seeds(values: Sequence[float] | SeedValues) -> Estimate:

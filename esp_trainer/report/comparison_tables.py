@@ -98,8 +98,7 @@ def _differences(found: Sequence[Contrast], condition: Condition, baseline: Cond
         if compared is None:
             rows.append((first, f"{each.difference:+.3f}", "-", "-"))
         else:
-            difference = f"{compared.difference:+.3f} [{compared.low:+.3f}, {compared.high:+.3f}]"
-            rows.append((first, difference, f"{compared.effect:+.2f}", f"{each.p:.2g}"))
+            rows.append((first, compared.interval, f"{compared.effect:+.2f}", f"{each.p:.2g}"))
     heads = ("measure", "difference", "Cliff's delta", "p (Holm)")
     return Table(heads, rows, f"{condition.name} against {baseline.name}")
 

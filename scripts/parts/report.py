@@ -105,7 +105,7 @@ def _differences(columns: Mapping[str, RunValues]) -> str:
     found = [[compare(values[name], values[first]) for values in columns.values()] for name in others]
     corrected = iter(holm([each.p for row in found for each in row]))
     rows = [
-        [f"`{name}`", *(f"{e.difference:+.3f} [{e.low:+.3f}, {e.high:+.3f}], p {next(corrected):.2g}" for e in row)]
+        [f"`{name}`", *(f"{e.interval}, p {next(corrected):.2g}" for e in row)]
         for name, row in zip(others, found, strict=True)
     ]
     return table([f"less `{first}`", *columns], rows)

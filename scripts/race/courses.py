@@ -33,11 +33,17 @@ def tell(arrays: Arrays, figure: str) -> str:
     rows = []
     for name in known(arrays):
         first, last = _ends(arrays, name)
-        rhos = (f"{spearmanr(last, level).statistic:+.2f}" for level in levels)
+        rhos = (_rank_correlation(last, level) for level in levels)
         rows.append([name, f"{first.mean():.3f}", f"{last.mean():.3f}", summary(last - first), *rhos])
     heads = ["behaviour", "first sixth", "last sixth", "change", "with the predators' level", "with the prey's level"]
     picture = f"![Rates of behaviours beyond chance in `race`, by generation]({figure})"
     return "\n\n".join([picture, _TEXT.format(n=len(levels[0])), table(heads, rows)])
+
+
+def _rank_correlation(one: np.ndarray, other: np.ndarray) -> str:
+    if not (np.ptp(one) and np.ptp(other)):
+        return "-"  # it is not defined where all runs are alike
+    return f"{spearmanr(one, other).statistic:+.2f}"
 
 
 def in_short(found: Task) -> str:

@@ -139,8 +139,8 @@ def _splitting(found: Task, who: str, looked_at: int) -> str:
     split, whole = found["race"], found["race-monolithic"]
     gain = {r: compare(*(endpoints.run_gains(a, r, half=True) for a in (split, whole))) for r in ROLES}
     level = {r: compare(*(endpoints.level(a, r, "panel") for a in (split, whole))) for r in ROLES}
-    gains = (f"{role} {tables.difference(each)} (p {each.p:.2g} without correction)" for role, each in gain.items())
-    levels = (f"{role} {tables.difference(each)}" for role, each in level.items())
+    gains = (f"{role} {each.interval} (p {each.p:.2g} without correction)" for role, each in gain.items())
+    levels = (f"{role} {each.interval}" for role, each in level.items())
     verdicts = (f"**{'holds' if each.low > 0 else 'fails'}** for the {role}" for role, each in gain.items())
     return (
         f"**A network for each opponent that {who} sees, against one that sees all**, with about half as many weights "

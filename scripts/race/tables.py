@@ -8,7 +8,7 @@ import numpy as np
 from study import table
 
 from esp_trainer.analysis.gains import lesser_gain
-from esp_trainer.analysis.inference import MIN_SEEDS, Comparison, compare, holm, over_seeds, summary
+from esp_trainer.analysis.inference import MIN_SEEDS, compare, holm, over_seeds, summary
 from esp_trainer.types import ROLES, Role
 from race import endpoints
 from race.measure import Arrays
@@ -88,7 +88,7 @@ def contrasts(found: dict[str, Arrays]) -> str:
     }
     corrected = iter(holm([each.p for row in cells.values() for each in row]))
     rows = [
-        [marked(name, len(found[name]["config"])), *(f"{difference(each)}, p {next(corrected):.2g}" for each in row)]
+        [marked(name, len(found[name]["config"])), *(f"{each.interval}, p {next(corrected):.2g}" for each in row)]
         for name, row in cells.items()
     ]
     return table(["condition", *(f"{role}, {what}" for role in ROLES for what in ("level", "2nd half"))], rows)
@@ -102,11 +102,6 @@ def _measures(arrays: Arrays) -> list[np.ndarray]:
     return [measure for side in of_sides for measure in side]
 
 
-def difference(found: Comparison) -> str:
-    """Return a difference between seeds with its interval."""
-    return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
-
-
 def arrows(values: np.ndarray) -> str:
     """Return values one after the other."""
     return " -> ".join(f"{value:.2f}" for value in values)
@@ -117,5 +112,4 @@ def change(first: np.ndarray, last: np.ndarray) -> str:
     changes = last - first
     if len(changes) < MIN_SEEDS:
         return f"{changes.mean():+.3f}"
-    found = over_seeds(changes)
-    return f"{found.mean:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"
+    return over_seeds(changes).signed

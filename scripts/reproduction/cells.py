@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from esp_trainer.analysis.inference import Comparison, over_seeds
+from esp_trainer.analysis.inference import over_seeds
 from esp_trainer.analysis.progress import Progress
 from esp_trainer.types import ROLES
 from reproduction.results import StudyResults
@@ -34,8 +34,3 @@ def rows_of(results: All, names: Iterable[str], row: Callable[[StudyResults], li
 def strengths(both: Sequence[tuple[Progress, Progress]], digits: int = 3) -> list[str]:
     """Return the mean progress of the predators, and of the prey."""
     return [mean([sides[i].strength for sides in both], digits) for i in range(len(ROLES))]
-
-
-def interval(found: Comparison) -> str:
-    """Return a difference with its interval."""
-    return f"{found.difference:+.3f} [{found.low:+.3f}, {found.high:+.3f}]"

@@ -8,7 +8,7 @@ from study import table
 
 from esp_trainer.analysis.inference import Comparison, compare, holm
 from esp_trainer.types import ROLES
-from reproduction.cells import All, interval, mean, p_value, rows_of, strengths
+from reproduction.cells import All, mean, p_value, rows_of, strengths
 from reproduction.results import StudyResults
 
 _DIFFERENCES = ["setting", "difference [95% interval]", "effect", "p (Holm)"]
@@ -59,7 +59,7 @@ def levels(results: All) -> str | None:
 def _differences(names: Sequence[str], tests: Sequence[Comparison]) -> list[list[str]]:
     corrected = holm([test.p for test in tests])
     return [
-        [name, interval(test), f"{test.effect:+.2f}", p_value(float(p))]
+        [name, test.interval, f"{test.effect:+.2f}", p_value(float(p))]
         for name, test, p in zip(names, tests, corrected, strict=True)
     ]
 

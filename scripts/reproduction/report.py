@@ -13,7 +13,7 @@ from esp_trainer.analysis.progress import dominant_generations, historical_progr
 from esp_trainer.analysis.ratings import rate
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES
-from reproduction.cells import All, interval, mean, p_value, rows_of, strengths
+from reproduction.cells import All, mean, p_value, rows_of, strengths
 from reproduction.claims import Verdict
 from reproduction.rankings import levels, progress_and_level, ranked
 from reproduction.results import StudyResults
@@ -98,7 +98,7 @@ def _claims(verdicts: Iterable[Verdict]) -> str:
     rows = []
     for verdict in verdicts:
         claim, found = verdict.claim, verdict.found
-        value, p = interval(found), p_value(verdict.p)
+        value, p = found.interval, p_value(verdict.p)
         figure = f"[{claim.figure}]({claim.figure}.png)"
         words = [claim.section, claim.says, claim.measured]
         rows.append([*words, value, f"{found.effect:+.2f}", p, f"**{verdict.word}**", figure])
