@@ -5,7 +5,7 @@ HEAD = """# Does the race go on?
 {answer}
 
 `python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
-[the protocol](race-protocol.md), written before the runs, later changed once and extended five times; it tells what
+[the protocol](race-protocol.md), written before the runs, later changed once and extended six times; it tells what
 was known at each change. What is planned there and missing here has not been run yet. Levels and gains are measured
 against frozen teams, behaviours and exploiters against the run's own champions of the same generation. The
 *panel* is 20 runs that nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the
