@@ -91,12 +91,17 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     arrays |= {"caught": caught, "config": np.array([json.dumps({"seed": seed}) for seed in (7, 8, 9, 10)])}
     frozen = np.array([[[0.1, 0.9], [0.2, 0.8], [0.3, 0.7]]]).repeat(4, axis=0)  # by contemporaries, by fresh teams
     arrays |= {"response.predators": frozen, "response.prey": 1 - frozen, "exploited.generations": np.arange(4)}
-    arrays |= {f"exploited.{role}": np.full((4, 6), 0.25) for role in ("predators", "prey")}
+    falling, rising_at_last = np.array([[0.9, 0.9, 0.8, 0.8, 0.5, 0.5]]), np.array([[0.4] * 5 + [0.8]])
+    arrays |= {"exploited.predators": falling.repeat(4, axis=0), "exploited.prey": 1 - rising_at_last.repeat(4, axis=0)}
     assert long.outcomes(arrays) == ["won by the prey", "won by the predators", "goes on", "levels off"]
     told = long.tell(arrays, "long.png")
     assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
-    assert told.count("| 0.90 -> 0.80 -> 0.70 | 0.90 -> 0.80 -> 0.70 |") == 4
+    assert (
+        told.count("| 0.90 -> 0.80 -> 0.50 | 0.40 -> 0.40 -> 0.60 | 0.90 -> 0.80 -> 0.70 | 0.90 -> 0.80 -> 0.70 |") == 4
+    )
+    assert "for the 4 runs that were not known then" in told
+    assert ": 4 of 8 such falls came." in told
     assert "Of the runs' own prey 0.300 escape the last predators." in told
 
 

@@ -21,6 +21,8 @@ WINDOW = 100
 """Generations of the running means that are drawn."""
 PARTS = 5
 """Equal parts of a run whose means the table shows."""
+KNOWN = (120, 121)
+"""Seeds whose results were known when the protocol predicted those of the others."""
 WON = 0.05
 """A run is won if the champions catch less of their contemporaries' prey than this, or more than all but this."""
 _FIGURE = (
@@ -29,7 +31,8 @@ _FIGURE = (
     "Moving averages over 100 generations."
 )
 _TABLE = (
-    "Means of fifths of each run; of fresh evolution, what it reaches against the champions at the end of each third:"
+    "Means of fifths of each run; of exploiters, means of its thirds; of fresh evolution, what it reaches against the "
+    "champions at the end of each third:"
 )
 _LUCK = "A run in which nothing changes would be said to go on about one time in four."
 
@@ -37,13 +40,18 @@ _LUCK = "A run in which nothing changes would be said to go on about one time in
 def tell(arrays: Arrays, figure: str) -> str:
     """Return what became of the runs as Markdown."""
     sides = [f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)} against the panel" for role in ROLES]
-    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. {_LUCK} {_TABLE}"
+    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. {_LUCK}{_predicted(arrays)} {_TABLE}"
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
-    heads += [f"fresh {role}" for role in ROLES]
+    by_third = {"exploiting": _exploiters(arrays), "fresh": [endpoints.fresh(arrays, role) for role in ROLES]}
+    heads += [f"{kind} {role}" for kind, found in by_third.items() if found for role in ROLES]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
-    fresh = [endpoints.fresh(arrays, role) for role in ROLES]
     rows = [
-        [seed, end, *(_course(curve[run]) for curve in curves), *(arrows(thirds[run]) for thirds in fresh)]
+        [
+            seed,
+            end,
+            *(_course(curve[run]) for curve in curves),
+            *(arrows(each[run]) for found in by_third.values() for each in found),
+        ]
         for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
     return f"{title}\n\n{table(heads, rows)}\n\n![{_FIGURE}]({figure})\n\n{_FIGURE}"
@@ -59,6 +67,24 @@ def in_short(arrays: Arrays) -> str:
         f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}."
         f"{exploitability.learned_against(arrays)} Of the runs' own prey {escaped:.3f} escape the last predators."
     )
+
+
+def _predicted(arrays: Arrays) -> str:
+    """Return what became of the protocol's prediction for the runs that were not known when it was made."""
+    unseen = [run for run, seed in enumerate(_seeds(arrays)) if seed not in KNOWN]
+    falls = [thirds[run, -1] < thirds[run, 0] for thirds in _exploiters(arrays) for run in unseen]
+    told = (
+        f" The protocol predicted for the {len(unseen)} runs that were not known then that exploiters of both sides "
+        f"reach less in the last third than in the first: {sum(falls)} of {len(falls)} such falls came."
+    )
+    return told * bool(falls)
+
+
+def _exploiters(arrays: Arrays) -> list[np.ndarray]:
+    """Return what exploiters of each side reach in each third, ``(n_runs, 3)`` each; nothing if there are none."""
+    if "exploited.prey" not in arrays:
+        return []
+    return [endpoints.by_third(endpoints.exploiters(arrays, role)[1]) for role in ROLES]
 
 
 def draw(arrays: Arrays, file: Path) -> None:
