@@ -8,6 +8,7 @@ import numpy as np
 
 from esp_trainer.analysis import games, phases, plots, progress
 from esp_trainer.analysis.cross_play import CrossPlay, Played, kept_in, met_by_others, own_cross_play
+from esp_trainer.analysis.exploiters import exploiters_of
 from esp_trainer.analysis.games import Sides
 from esp_trainer.analysis.genealogy import of_run
 from esp_trainer.analysis.history import History
@@ -45,6 +46,7 @@ def analyse(runs: list[Path], generations: int, episodes: int, figures: Path | N
             own,
             {role: met_by_others(history, others, role, own, evaluator) for role in history.champions},
         )
+        _tell_exploiters(run, history)
         _tell_genealogy(run, history)
         if figures:
             _draw(figures, names[i], history, own)
@@ -92,6 +94,12 @@ def _tell(run: Path, history: History, own: Played, met: dict[Role, list[PayoffM
         print(f"  phases of success      {words} {'of the prey caught' if captures else 'payoff to the predators'}")
         alternation = phases.alternation(curve, np.random.default_rng(0))
         print(f"  alternations           {alternation.count}; as many by chance with p = {alternation.p:.2g}")
+
+
+def _tell_exploiters(run: Path, history: History) -> None:
+    """Print a line on how much the first and the last exploiters reached, if there are enough."""
+    if told := exploiters_of(run).first(len(history)).in_words():
+        print(f"  exploiters             {told} against the champion, from the first third of the run to the last")
 
 
 def _tell_genealogy(run: Path, history: History) -> None:

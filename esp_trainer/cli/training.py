@@ -16,6 +16,7 @@ from types import FrameType
 
 from tqdm import tqdm
 
+from esp_trainer.analysis.exploiters import exploiters_of
 from esp_trainer.analysis.league import league_of_runs
 from esp_trainer.cli.signals import handled_by, write_from_handler
 from esp_trainer.cli.streams import say
@@ -242,6 +243,8 @@ def _summarise(trainer: Trainer, recent: deque[Generation]) -> None:
     if recent:
         results = _of_recent([generation.held_out for generation in recent])
         print(f"last {counted(len(recent), 'generation')}, champion against champion: {results}")
+    if told := exploiters_of(trainer.directory.path).first(trainer.done).in_words():
+        print(f"exploiters against the champion, from the first third of the run to the last: {told}")
     players = {
         role: trainer.directory.champion_file(role, trainer.done - 1)
         if role in trainer.coevolution.evolving

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from esp_trainer.analysis.exploiters import Exploiters, exploiters_in
 from esp_trainer.analysis.genealogy import Genealogy, of_run
 from esp_trainer.analysis.history import History, curve_names, curves_of, payoff_curve
 from esp_trainer.analysis.pooling import cut_to_shortest
@@ -49,6 +50,8 @@ class RunSource:
     """Wall time of each generation by phase, in seconds, ``(n_generations,)``; empty if not logged."""
     missing: tuple[str, ...]
     """Notes on everything that could not be read, with reasons."""
+    exploiters: Exploiters | None = None
+    """What the run's exploiters reached; None without any."""
     genealogies: dict[Role, Genealogy] = field(default_factory=dict)
     """Origins of each evolving side's genes, by generation; empty if the run keeps no parents."""
 
@@ -62,7 +65,9 @@ class RunSource:
         spreads = {role: values[:n] for role, values in self.spreads.items()}
         seconds = {phase: values[:n] for phase, values in self.seconds.items()}
         genealogies = {role: each.first(n) for role, each in self.genealogies.items()}
+        exploiters = self.exploiters and self.exploiters.first(n)
         cuts: dict[str, Any] = {"history": history, "curves": curves, "genealogies": genealogies}
+        cuts |= {"exploiters": exploiters}
         return replace(self, spreads=spreads, seconds=seconds, **cuts)
 
 
@@ -106,6 +111,7 @@ def read_source(path: Path) -> RunSource:
         curves=curves,
         spreads=_spreads(lines[:n], missing),
         seconds=_seconds(directory.timing_file, n, missing),
+        exploiters=_exploiters(lines[:n], missing),
         missing=tuple(missing),
         genealogies=genealogies,
     )
@@ -184,6 +190,15 @@ def _spreads(lines: list[dict[str, Any]], missing: list[str]) -> dict[Role, Curv
             "The log does not say how diverse the subpopulations were: it was made before that was recorded."
         )
         return {}
+
+
+def _exploiters(lines: list[dict[str, Any]], missing: list[str]) -> Exploiters | None:
+    try:
+        found = exploiters_in(lines)
+    except (KeyError, TypeError, ValueError):
+        missing.append("The log tells of exploiters in another form: they are left out.")
+        return None
+    return found if len(found.generations) else None
 
 
 def _genealogies(run: Path, n: int, missing: list[str]) -> dict[Role, Genealogy]:

@@ -12,12 +12,12 @@ from study import in_processes, keep
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import Panel, caught_by_each, held_out_opponents, script_panel
 from esp_trainer.analysis.cross_play import PANEL, own_cross_play
+from esp_trainer.analysis.exploiters import exploiters_of
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch_behaviours
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.report.source import SPREADS, read_source
-from esp_trainer.run.directory import RunDirectory, records
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.types import ROLES
 from predprey_env.agents import other_team
@@ -159,8 +159,8 @@ def _exploited(path: Path) -> Arrays:
     """Return what each exploiter of a run caught (or lost) of the other side's champion, ``(n_exploiters,)`` for each
     side, with the generations; nothing of a run without exploiters.
     """
-    lines = [line for line in records(RunDirectory(path).metrics_file) if line.get("exploited")]
-    if not lines:
+    found = exploiters_of(path)
+    if not len(found.generations):
         return {}
-    found = {f"exploited.{role}": np.array([line["exploited"][role] for line in lines]) for role in ROLES}
-    return found | {"exploited.generations": np.array([line["generation"] for line in lines])}
+    caught = {"predators": found.reached["predators"], "prey": 1.0 - found.reached["prey"]}
+    return {f"exploited.{role}": caught[role] for role in ROLES} | {"exploited.generations": found.generations}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from esp_trainer.analysis.exploiters import Exploiters
 from esp_trainer.analysis.genealogy import Genealogy, Origins
 from esp_trainer.analysis.history import CURVES, History
 from esp_trainer.config import RunConfig
@@ -17,6 +18,7 @@ from esp_trainer.report.measure import MeasuredRuns
 from esp_trainer.report.source import RunSource
 from esp_trainer.report.win_matrix import win_matrix
 from esp_trainer.run.genealogy import Layout
+from esp_trainer.types import Role
 
 N = 30
 
@@ -61,6 +63,17 @@ def test_a_run_is_a_line_two_are_their_mean_and_more_are_that_in_a_band() -> Non
     assert band["y"][:N] == pytest.approx([0.3 + half] * N, abs=1e-3)
     assert band["y"][N:] == pytest.approx([0.3 - half] * N, abs=1e-3)
     assert band["x"] == [*range(N), *reversed(range(N))]
+
+
+def test_exploiters_are_drawn_at_the_generations_whose_champions_they_met() -> None:
+    reached: dict[Role, Any] = {"predators": np.array([0.9, 0.6, 0.3, 0.3]), "prey": np.array([0.8, 0.8, 0.8, 0.8])}
+    exploiters = Exploiters(np.array([4, 9, 14, 19]), reached)
+    figure = figures(MeasuredRuns(replace(source(0.5), exploiters=exploiters)))["exploiters"]
+    hunting, fleeing = figure["data"]
+    assert hunting["x"] == fleeing["x"] == [4, 9, 14, 19]
+    assert hunting["y"] == pytest.approx([0.75, 0.6, 0.4, 0.3])  # means over three
+    assert (hunting["name"], fleeing["name"]) == ("exploiting predators: prey caught", "exploiting prey: not caught")
+    assert hunting["line"]["dash"] != fleeing["line"]["dash"]
 
 
 def with_genealogy(founders: float, from_past: float, bred: int) -> MeasuredRuns:
