@@ -19,10 +19,11 @@ _TWO_PREY = (
     *("herding", "simultaneous capture", "scattering"),
 )
 TRACKED = {
+    "steppe": _TWO_PREY,
     "3v1": ("role switch", "blocker", "opposing attack", "encirclement", "baiting", "sidestepping"),
     "3v2": _TWO_PREY,
-    "steppe": _TWO_PREY,
 }
+"""Behaviours that are told of, by task; the page has the tasks in this order."""
 FIRST = ("race", "race-monolithic", "paper", "bias-pool")
 """Conditions that figures show, in this order; tables show all, these first."""
 
