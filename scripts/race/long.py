@@ -11,6 +11,7 @@ from study import table
 
 from esp_trainer.analysis import plots
 from esp_trainer.types import ROLES
+from predprey_env.settings import counted
 from race import endpoints, exploitability
 from race.measure import Arrays
 from race.tables import arrows
@@ -74,7 +75,7 @@ def _predicted(arrays: Arrays) -> str:
     unseen = [run for run, seed in enumerate(_seeds(arrays)) if seed not in KNOWN]
     falls = [thirds[run, -1] < thirds[run, 0] for thirds in _exploiters(arrays) for run in unseen]
     told = (
-        f" The protocol predicted for the {len(unseen)} runs that were not known then that exploiters of both sides "
+        f" The protocol predicted for {counted(len(unseen), 'run')}, not known then, that exploiters of both sides "
         f"reach less in the last third than in the first: {sum(falls)} of {len(falls)} such falls came."
     )
     return told * bool(falls)
