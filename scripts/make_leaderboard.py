@@ -1,4 +1,5 @@
-"""Make ``docs/leaderboard.md`` from nothing: scripts, late teams of the zoo, and the learners of ``docs/benchmark.md``.
+"""Make ``docs/leaderboard.md`` from nothing: scripts, late teams of the zoo, the learners of ``docs/benchmark.md``, and
+the last champions of the long runs of ``docs/race.md``.
 
 Each row is made by ``esp-trainer benchmark``, so a row can also be made alone by the command that it holds. It
 takes some six minutes on two cores. The page begins with an answer, which is read off its rows.
@@ -28,7 +29,8 @@ from esp_trainer.types import ROLES
 from predprey_env.policies import SCRIPTS
 
 BOARD = Path("docs/leaderboard.md")
-TEAM_FILES = Path("docs/benchmark/teams")
+LEARNERS = Path("docs/benchmark/teams")
+LONG_RUNS = Path("docs/race/teams")
 BENCHMARK_EPISODES = 512
 
 
@@ -78,8 +80,11 @@ def candidates() -> Iterator[tuple[str, str, str, str]]:
                 if (team.task, team.role, team.stage, team.held_out) == (task, role, "late", False):
                     yield team.name, team.name, role, task
     for role in ROLES:
-        for file in sorted(TEAM_FILES.glob(f"*-{role}.safetensors")):
+        for file in sorted(LEARNERS.glob(f"*-{role}.safetensors")):
             yield str(file), f"{file.stem.removesuffix(f'-{role}')} (seed 700)", role, "3v2"
+        for file in sorted(LONG_RUNS.glob(f"long-*-{role}.safetensors")):
+            seed = file.stem.removeprefix("long-seed").removesuffix(f"-{role}")
+            yield str(file), f"race-steppe, 10,000 generations (seed {seed})", role, "steppe"
 
 
 if __name__ == "__main__":
