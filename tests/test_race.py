@@ -95,14 +95,14 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     arrays |= {"exploited.predators": falling.repeat(4, axis=0), "exploited.prey": 1 - rising_at_last.repeat(4, axis=0)}
     assert long.outcomes(arrays) == ["won by the prey", "won by the predators", "goes on", "levels off"]
     told = long.tell(arrays, "long.png")
-    assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1" in told
+    assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1." in long.in_short(arrays)
+    assert "they catch 0.39. That" in long.in_short(arrays), "mean of 0.04, 0.96, 0.06 and 0.5 in the last tenth"
+    assert "one time in four" in told, "a run is said to go on"
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
     assert (
         told.count("| 0.90 -> 0.80 -> 0.50 | 0.40 -> 0.40 -> 0.60 | 0.90 -> 0.80 -> 0.70 | 0.90 -> 0.80 -> 0.70 |") == 4
     )
-    assert "for 4 runs, not known then" in told
-    assert ": 4 of 8 such falls came." in told
-    assert "Of the runs' own prey 0.300 escape the last predators." in told
+    assert "it was for exploiting predators in 4 of 4, and for exploiting prey in 0 of 4." in told
 
 
 def test_exploiters_are_told_by_thirds_and_fresh_teams_beside_contemporaries() -> None:
@@ -119,12 +119,12 @@ def test_exploiters_are_told_by_thirds_and_fresh_teams_beside_contemporaries() -
     assert fresh_and_contemporary_predators in told
     assert told.endswith("+0.200 [+0.200, +0.200] | 0.10 -> 0.20 -> 0.30; +0.200 [+0.200, +0.200] |")
     short = exploitability.in_short(arrays)
-    assert "fresh predators catch 0.70 of the last prey (the run's own predators 0.30)" in short
-    assert "0.30 of fresh prey escape the last predators" in short
+    assert "for 60 generations catch 0.70 of the last prey (the run's own 0.30)" in short
+    assert "0.30 of such prey escape the last predators (the run's own 0.70)." in short
     splitting = exploitability.of_splitting({"race": arrays, "race-monolithic": arrays})
     assert splitting.endswith(
-        "catch 0.40 of them (-0.400 [-0.400, -0.400] since the first third), and 0.40 of prey "
-        "with one network (-0.400 [-0.400, -0.400])."
+        "catch 0.40 and 0.40 in the last third of the run, "
+        "-0.400 [-0.400, -0.400] and -0.400 [-0.400, -0.400] since the first."
     )
 
 
@@ -237,8 +237,9 @@ def test_a_page_of_one_condition_has_no_empty_table_and_says_that_runs_are_few(t
     np.savez(tmp_path / "race/data/steppe/race.npz", **arrays)
     write(tmp_path / "race/data", tmp_path)
     page = (tmp_path / "race.md").read_text()
-    assert "both sides still improve in the second half, **holds** for these seeds. Intervals from so few" in page
-    assert "the predators improve for the whole run; the prey improve for the whole run." in page
+    assert "that both gain in the second half, it **holds** for these 2 seeds." in page
+    assert "Intervals from so few" in page
+    assert page.count("improve for the whole run (second half +0.091 [+0.091, +0.091])") == 2
     assert "less each other condition" not in page
 
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 from study import table
 
-from esp_trainer.analysis.gains import Interval
-from esp_trainer.analysis.inference import compare
 from esp_trainer.types import ROLES, Role
 from race import courses, endpoints, exploitability, long
-from race.endpoints import told_level
 from race.measure import Arrays, Task
 from race.tables import marked
 
@@ -31,80 +29,92 @@ LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 
 
 def in_short(tasks: dict[str, Task]) -> str:
-    """Return what became of one prey, and of two on `steppe`, in the recommended setting: a list in Markdown."""
+    """Return what became of two prey on `steppe`, and of one, in the recommended setting, as Markdown."""
     steppe, one_prey = tasks.get("steppe", {}), tasks.get("3v1", {})
-    told = [_two_prey(steppe["race"])] if "race" in steppe else []
-    told += [long.in_short(steppe[long.CONDITION])] if long.CONDITION in steppe else []
-    told += [_two_prey_splitting(steppe)] if {"race", "race-monolithic"} <= steppe.keys() else []
-    told += [_one_prey(one_prey), _one_prey_splitting(one_prey)]
-    told += [courses.in_short(steppe), exploitability.in_short(steppe["race"])] if "race" in steppe else []
-    listed = "\n".join(f"- {each}" for each in told if each)
-    return f"{listed}\n\n{_TABLE}\n\n{_settings(steppe)}" if "race" in steppe else listed
+    short = [_MEANING]
+    short += [_two_prey(steppe["race"])] if "race" in steppe else []
+    short += [_one_prey(one_prey)] if "race" in one_prey else []
+    told = [long.in_short(steppe[long.CONDITION])] if long.CONDITION in steppe else []
+    told += [_splitting(steppe, one_prey)]
+    told += [exploitability.in_short(steppe["race"]), courses.in_short(steppe)] if "race" in steppe else []
+    parts = ["\n\n".join(short), "\n".join(f"- {each}" for each in told if each)]
+    if "race" in steppe:
+        parts[1:1] = [_FIGURE]
+        parts += [_TABLE, _settings(steppe)]
+    return "\n\n".join(part for part in parts if part)
 
 
 def _two_prey(race: Arrays) -> str:
     n = len(race["config"])
-
-    def gain(role: Role, seeds: slice | list[int] = slice(None)) -> Interval:
-        return endpoints.mean_gain(race, role, half=True, seeds=seeds)
-
-    predators, prey = gain("predators"), gain("prey")
+    predators, prey = (endpoints.mean_gain(race, role, half=True) for role in ROLES)
     if n < endpoints.ENOUGH or min(predators.low, prey.low) <= 0:
-        sides = "; ".join(f"the {role} {_course(race, role)}" for role in ROLES)
-        return f"**With two prey on 40 x 40 cells** (`race-steppe`, {n} seeds) {sides}."
+        return f"**With two prey on 40 x 40 cells** (`race-steppe`, {n} seeds) {_sides(race)}."
     unseen = [i for i, config in enumerate(race["config"]) if json.loads(str(config))["seed"] not in LOOKED_AT]
+    alone = [endpoints.mean_gain(race, role, half=True, seeds=unseen) for role in ROLES]
+    gain = [endpoints.run_gains(race, role, half=True) for role in ROLES]
     return (
-        f"**Yes, for 1,500 generations, with two prey on 40 x 40 cells** (`race-steppe`, {n} seeds). In the second "
-        f"half the predators still gain {predators} against opponents that nobody trained on, and the prey {prey}. "
-        f"The world was chosen when the race with one prey was known, and {n - len(unseen)} seeds were looked at "
-        f"before the rest ran; in the other {len(unseen)} alone the gains are {gain('predators', unseen)} and "
-        f"{gain('prey', unseen)}."
-    )
-
-
-def _two_prey_splitting(found: Task) -> str:
-    split, single = found["race"], found["race-monolithic"]
-    lower = [compare(*(endpoints.level(each, role, "panel") for each in (split, single))).low > 0 for role in ROLES]
-    head = "Splitting helps both sides there" if all(lower) else "What splitting does there"
-    sides = "; ".join(f"the {role} {_course(single, role)}" for role in ROLES)
-    matched = " A network of as many weights is no better (`race-matched`)." * ("race-matched" in found)
-    return (
-        f"**{head}.** With one network an agent (`race-monolithic`, {len(single['config'])} seeds) {sides}.{matched} "
-        f"The table below has the levels."
+        f"**With two prey on 40 x 40 cells it does, on average over {n} runs of 1,500 generations** (`race-steppe`): "
+        f"the predators gain {predators}, the prey {prey}, and both in {int((np.minimum(*gain) > 0).sum())} of the "
+        f"{n} runs. In the {len(unseen)} seeds that were not looked at before all were run the predators gain "
+        f"{alone[0]} and the prey {alone[1]}. The world was chosen when the race with one prey was known."
     )
 
 
 def _one_prey(found: Task) -> str:
-    if not {"race", "paper"} <= found.keys():
-        return "Nothing is measured yet that the recommended setting can be compared with."
-    race, paper = found["race"], found["paper"]
-    sides = "; ".join(f"the {role} {_course(race, role)}" for role in ROLES)
+    race = found["race"]
+    goes_on = min(endpoints.mean_gain(race, role, half=True).low for role in ROLES) > 0
+    paper = f"; in the paper's setting {endpoints.told_level(found['paper'])}" if "paper" in found else ""
+    own = endpoints.contemporaries(race, "predators")[:, -1].mean()
     return (
-        f"**With one prey on the paper's torus** (`race-3v1`, {len(race['config'])} seeds) {sides}. In the end "
-        f"{told_level(race)}; in the paper's setting {told_level(paper)}."
+        f"**With one prey on the paper's torus it {'does too' if goes_on else 'does not'}** (`race-3v1`, "
+        f"{len(race['config'])} runs): {_sides(race)}. In the end {endpoints.told_level(race)}{paper}. The run's own "
+        f"last prey they catch {own:.2f} of the time."
     )
 
 
-def _one_prey_splitting(found: Task) -> str:
-    if not {"race", "race-monolithic"} <= found.keys():
-        return ""
-    escaped, single = (endpoints.level(found[name], "prey", "panel").mean() for name in ("race", "race-monolithic"))
-    return (
-        f"**What splitting does there**: {escaped:.2f} of split prey escape the panel, and {single:.2f} of "
-        f"prey with one network that sees all predators.{exploitability.of_splitting(found)}"
-    )
+def _sides(arrays: Arrays) -> str:
+    return "; ".join(f"the {role} {_course(arrays, role)}" for role in ROLES)
 
 
 def _course(arrays: Arrays, role: Role) -> str:
     """Return in words what a side gained against the panel in the whole run, and in its second half."""
     whole, late = (endpoints.mean_gain(arrays, role, half=half) for half in (False, True))
     if late.low > 0:
-        return "improve for the whole run" if whole.low > 0 else "improve in its second half only"
-    if late.high < 0:
-        return "improve and then fall back in the second half" if whole.low > 0 else "fall back in the second half"
-    if whole.low > 0:
-        return "improve, but not measurably in the second half"
-    return "do not measurably improve"
+        words = "improve for the whole run" if whole.low > 0 else "improve late"
+    elif late.high < 0:
+        words = "improve and then fall back" if whole.low > 0 else "fall back"
+    elif whole.low > 0:
+        words = "improve at first, and are not shown to do so later"
+    else:
+        words = "are not shown to improve"
+    return f"{words} (second half {late})"
+
+
+def _splitting(two: Task, one: Task) -> str:
+    """Return what splitting does with two prey and with one, as far as it is known."""
+
+    def levels(found: Task, role: Role) -> str:
+        split, single = (endpoints.level(found[name], role, "panel").mean() for name in ("race", "race-monolithic"))
+        return f"{split:.2f} and {single:.2f}"
+
+    known = {"race", "race-monolithic"}
+    told = []
+    if known <= two.keys():
+        counts = " and ".join(str(len(two[name]["config"])) for name in ("race", "race-monolithic"))
+        told.append(
+            f"Two prey: {levels(two, 'prey')} of the prey escape the panel, and the predators catch "
+            f"{levels(two, 'predators')} of its prey ({counts} seeds)."
+        )
+        if "race-matched" in two:
+            matched = [endpoints.level(two["race-matched"], role, "panel").mean() for role in ROLES]
+            told.append(
+                f"A single network of as many weights reaches {matched[1]:.2f} and {matched[0]:.2f} "
+                f"({len(two['race-matched']['config'])} seeds)."
+            )
+    if known <= one.keys():
+        told.append(f"One prey: {levels(one, 'prey')} escape the panel.{exploitability.of_splitting(one)}")
+    head = "**One network for each opponent that an agent sees, against one for all** (splitting). "
+    return (head + " ".join(told)) * bool(told)
 
 
 def _settings(found: Task) -> str:
@@ -120,8 +130,16 @@ def _settings(found: Task) -> str:
     return table(["setting", "seeds", *gained, *reached], rows)
 
 
+_MEANING = (
+    "We say that a race goes on if both sides still improve in the second half of a run against the *panel*, the teams "
+    "of 20 other runs that nobody trains on; a gain is a fraction of the prey."
+)
+_FIGURE = (
+    "![With two prey on 40 x 40 cells: the panel's prey that predators catch, and prey that escape the panel, by "
+    "generation and condition](race/level-steppe.png)"
+)
 _TABLE = (
-    "Two prey on 40 x 40 cells, by setting: gains in the second half of 1,500 generations against the panel [95% "
-    "interval], and the fraction of the panel's prey that is caught, and of the prey that escapes the panel, in the "
-    "end (†: fewer than 10 seeds, a first look)."
+    "Two prey on 40 x 40 cells, by setting: gains in the second half of 1,500 generations [95% interval]; in the end, "
+    "the fraction of the panel's prey that is caught, and of the prey that escapes the panel (†: fewer than 10 seeds, "
+    "a first look)."
 )

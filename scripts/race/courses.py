@@ -53,7 +53,8 @@ def in_short(found: Task) -> str:
         first, last = _ends(arrays, name)
         if last.mean() >= SEEN and over_seeds(last - first).low > 0:
             grown.append(f"{name} {first.mean():.2f} to {last.mean():.2f}")
-    told = "**Hunting together becomes more frequent.** Episodes beyond chance, first to last sixth of the run: "
+    told = "**Predators hunt together more often as the race goes on** (two prey; thought of after the runs). Episodes "
+    told += "beyond chance, first to last sixth of the run: "
     return (told + ", ".join(grown) + "." + _TAKES * (found.keys() >= _COMPARED)) * bool(grown)
 
 
@@ -79,9 +80,8 @@ def draw(arrays: Arrays, file: Path) -> None:
 
 _COMPARED = {"bias", "paper", "pool", "race-monolithic"}
 _TAKES = (
-    " It takes bias genes and a network for each opponent, and not the rest of the setting: but for herding it is "
-    "nearly as frequent in `bias`, and less so in `paper`, `pool` and `race-monolithic` (means over the run, below). "
-    "The protocol did not ask."
+    " Role switches and encirclements are about as frequent with bias genes alone (`bias`), and rare without bias "
+    "genes or with one network an agent; whose networks matter is not known."
 )
 _TEXT = """\
 How `race` changes: rates beyond chance in the first and the last sixth of the generations, the change [95% interval

@@ -10,9 +10,9 @@ import numpy as np
 from study import table
 
 from esp_trainer.analysis import plots
+from esp_trainer.analysis.inference import MIN_SEEDS
 from esp_trainer.types import ROLES
-from predprey_env.settings import counted
-from race import endpoints, exploitability
+from race import endpoints
 from race.measure import Arrays
 from race.tables import arrows
 
@@ -26,59 +26,67 @@ KNOWN = (120, 121)
 """Seeds whose results were known when the protocol predicted those of the others."""
 WON = 0.05
 """A run is won if the champions catch less of their contemporaries' prey than this, or more than all but this."""
+_ALT = "Long runs: what champions catch of their contemporaries, and what exploiters reach, by generation"
 _FIGURE = (
-    "Long runs. Left: the fraction of prey that champions catch of their contemporaries. Middle: what exploiting "
-    "predators catch of the champion's prey within 20 generations. Right: exploiting prey that escape the champion. "
-    "Moving averages over 100 generations."
+    "Left: the fraction of prey that champions catch of their contemporaries. Middle: what exploiting predators catch "
+    "of the champion's prey. Right: exploiting prey that escape the champion. Moving averages over 100 generations."
+)
+_RULES = (
+    "By the protocol a run is *won* if in the last tenth of its generations the champions catch less than 5% or more "
+    "than 95% of the prey of their contemporaries; else it *goes on* if both sides gain against the panel in its "
+    "second half; else it *levels off*, even if one side falls back."
 )
 _TABLE = (
-    "Means of fifths of each run; of exploiters, means of its thirds; of fresh evolution, what it reaches against the "
-    "champions at the end of each third:"
+    "The table has means of fifths of each run; of exploiters, means of its thirds; of fresh evolution, what it "
+    "reaches against the champions at the end of each third."
 )
 _LUCK = "A run in which nothing changes would be said to go on about one time in four."
 
 
 def tell(arrays: Arrays, figure: str) -> str:
     """Return what became of the runs as Markdown."""
-    sides = [f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)} against the panel" for role in ROLES]
-    title = f"{in_short(arrays)} In the second half {sides[0]}, and {sides[1]}. {_LUCK}{_predicted(arrays)} {_TABLE}"
+    gains = " and ".join(f"the {role} gain {endpoints.mean_gain(arrays, role, half=True)}" for role in ROLES)
+    known = f"In the second half {gains} against the panel. " * (len(arrays["config"]) >= MIN_SEEDS)
+    luck = f"{_LUCK} " * ("goes on" in outcomes(arrays))
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
     by_third = {"exploiting": _exploiters(arrays), "fresh": [endpoints.fresh(arrays, role) for role in ROLES]}
     heads += [f"{kind} {role}" for kind, found in by_third.items() if found for role in ROLES]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
     rows = [
-        [
-            seed,
-            end,
-            *(_course(curve[run]) for curve in curves),
-            *(arrows(each[run]) for found in by_third.values() for each in found),
-        ]
+        [seed, end, *(_course(curve[run]) for curve in curves)]
+        + [arrows(each[run]) for found in by_third.values() for each in found]
         for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
-    return f"{title}\n\n{table(heads, rows)}\n\n![{_FIGURE}]({figure})\n\n{_FIGURE}"
+    told = f"{_RULES} {known}{luck}{_predicted(arrays)}{_TABLE}"
+    return "\n\n".join([told, table(heads, rows), f"![{_ALT}]({figure})", _FIGURE])
 
 
 def in_short(arrays: Arrays) -> str:
-    """Return how many runs ended in which way."""
+    """Return how many runs ended in which way, and what that means."""
     n_generations, n_runs = arrays["caught"].shape[1], len(arrays["config"])
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
-    escaped = endpoints.contemporaries(arrays, "prey")[:, -1].mean()
+    late = np.array_split(arrays["caught"].astype(float), 10, axis=1)[-1].mean()
+    fresh = endpoints.fresh(arrays, "predators")[:, -1].mean()
     return (
-        f"**{n_generations:,} generations** of `race-steppe` (`{CONDITION}`, {n_runs} seeds of the planned {PLANNED}) "
-        f"end, by the protocol's rules, as: {told}. In the end {endpoints.told_level(arrays)}."
-        f"{exploitability.learned_against(arrays)} Of the runs' own prey {escaped:.3f} escape the last predators."
+        f"**Runs of {n_generations:,} generations** (`{CONDITION}`, {n_runs} of the planned {PLANNED} seeds) end as: "
+        f"{told}. A run is won by the prey if in its last tenth its own predators catch less than 5% of them; on "
+        f"average over these runs they catch {late:.2f}. That is not unbeatable: predators that evolve from nothing "
+        f"for 60 generations catch {fresh:.2f} of the last prey. In the end {endpoints.told_level(arrays)}. The "
+        "[leaderboard](leaderboard.md#steppe-predators) has the last champions against the zoo's held-out teams."
     )
 
 
 def _predicted(arrays: Arrays) -> str:
     """Return what became of the protocol's prediction for the runs that were not known when it was made."""
     unseen = [run for run, seed in enumerate(_seeds(arrays)) if seed not in KNOWN]
-    falls = [thirds[run, -1] < thirds[run, 0] for thirds in _exploiters(arrays) for run in unseen]
-    told = (
-        f" The protocol predicted for {counted(len(unseen), 'run')}, not known then, that exploiters of both sides "
-        f"reach less in the last third than in the first: {sum(falls)} of {len(falls)} such falls came."
+    falls = [sum(thirds[run, -1] < thirds[run, 0] for run in unseen) for thirds in _exploiters(arrays)]
+    if not (unseen and falls):
+        return ""
+    return (
+        f"When seeds 120 and 121 were known, the protocol predicted for the others that exploiters of both sides reach "
+        f"less in the last third than in the first: so it was for exploiting predators in {falls[0]} of "
+        f"{len(unseen)}, and for exploiting prey in {falls[1]} of {len(unseen)}. "
     )
-    return told * bool(falls)
 
 
 def _exploiters(arrays: Arrays) -> list[np.ndarray]:

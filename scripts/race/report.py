@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from esp_trainer.analysis.inference import compare, summary
+from esp_trainer.analysis.inference import compare
 from esp_trainer.files import write_text
-from esp_trainer.types import ROLES, Role
+from esp_trainer.types import ROLES
 from race import answer, courses, endpoints, exploitability, late, long, tables
 from race.figures import draw
 from race.measure import Arrays, Task
@@ -63,61 +63,50 @@ def _without_long(found: Task) -> Task:
 
 
 def _of_task(task: str, every: Task, against_late: str | None) -> str:
+    """Return the part of the page about a task: its questions, each with its answer, tables and figures."""
     found = _without_long(every)
-    parts = [f"## {TASK_TITLES[task]}"]
-    if "race" in found:
-        parts.append(_answer(found["race"]))
+    level = f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)"
+    shown = [] if task == "steppe" and "race" in found else [level]  # that one stands at the head of the page
+    going = [_going_on(found["race"], found.get("paper"))] if "race" in found else []
+    going += [_growing(found["growing-steps"], 4 if task == "3v1" else 0)] if "growing-steps" in found else []
+    parts = {"Does it go on?": [*going, *shown, _GAINS, tables.by_condition(found, tables.GAINS)]}
+    parts["Does it go on?"] += [_LESSER, tables.lesser_gains(found), *([against_late] if against_late else [])]
     if {"race", "race-monolithic"} <= found.keys():
-        parts.append(_splitting(found, *(("a prey", 4) if task == "3v1" else ("an agent", 3))))
-    if "growing-steps" in found:
-        parts.append(_growing(found["growing-steps"], n_looked=4 if task == "3v1" else 0))
-    if long.CONDITION in every:
-        parts.append(long.tell(every[long.CONDITION], f"race/long-{task}.png"))
-    parts += [
-        f"![What both sides reach against the panel by generation, in each condition](race/level-{task}.png)",
-        "Levels at the end of the run, mean over seeds [95% interval].",
-        tables.by_condition(found, tables.LEVELS),
-        "Gains against the panel: the last sixth of the generations less the first.",
-        tables.by_condition(found, tables.GAINS),
-    ]
-    if against_late:
-        parts.append(against_late)
-    if "race" in found and len(found) > 1:
-        parts += [
-            f"![How far each condition ends from `race`](race/differences-{task}.png)",
-            _CONTRASTS,
-            tables.contrasts(found),
+        parts["Does splitting sustain it?"] = [
+            _splitting(found, *(("a prey", 4) if task == "3v1" else ("an agent", 3)))
         ]
-    parts += [_LESSER, tables.lesser_gains(found)]
-    parts += [
-        *exploitability.tell(task, found),
-        "Behaviours, rate beyond chance, mean over the generations.",
-        tables.by_condition(found, {name: tables.behaviour(name) for name in TRACKED[task]}),
-    ]
+    if long.CONDITION in every:
+        parts["Long runs"] = [long.tell(every[long.CONDITION], f"race/long-{task}.png")]
+    parts["How hard champions are to beat"] = exploitability.tell(task, found)
+    parts["Levels"] = [_LEVELS, tables.by_condition(found, tables.LEVELS)]
+    if "race" in found and len(found) > 1:
+        differences = f"![How far each condition ends from `race`](race/differences-{task}.png)"
+        parts["Levels"] += [differences, _CONTRASTS, tables.contrasts(found)]
+    columns = {name: tables.behaviour(name) for name in TRACKED[task]}
+    parts["Behaviours"] = [_BEHAVIOURS, tables.by_condition(found, columns)]
     if courses.known(found.get("race", {})):
-        parts.append(courses.tell(found["race"], f"race/behaviours-{task}.png"))
-    return "\n\n".join(parts)
+        parts["Behaviours"].append(courses.tell(found["race"], f"race/behaviours-{task}.png"))
+    told = ["\n\n".join([f"### {head}", *part]) for head, part in parts.items()]
+    return "\n\n".join([f"## {TASK_TITLES[task]}", *told])
 
 
-def _answer(arrays: Arrays) -> str:
-    """Return what the recommended preset comes to, in a few sentences."""
-
-    def gain(role: Role, *, half: bool) -> str:
-        return str(endpoints.mean_gain(arrays, role, half=half))
-
-    sides = [
-        f"**The {role} gain {gain(role, half=False)}** against the panel over the whole run, and "
-        f"{gain(role, half=True)} in its second half."
-        for role in reversed(ROLES)
-    ]
-    late = [endpoints.mean_gain(arrays, role, half=True) for role in ROLES]
-    verdict = "holds" if all(each.low > 0 for each in late) else "does not hold"
-    escape, catch = (summary(endpoints.level(arrays, role, "panel")) for role in reversed(ROLES))
-    return (
-        f"`race`, {len(arrays['config'])} seeds. {' '.join(sides)} In the end {escape} of the prey escape the panel's "
-        f"predators, and the predators catch {catch} of the panel's prey.\n\nBy the protocol the first hypothesis, "
-        f"that both sides still improve in the second half, **{verdict}** for these seeds.{_few(len(arrays['config']))}"
+def _going_on(arrays: Arrays, paper: Arrays | None) -> str:
+    """Return what became of the first hypothesis."""
+    whole, late = ([endpoints.mean_gain(arrays, role, half=half) for role in ROLES] for half in (False, True))
+    passed = all(each.low > 0 for each in late)
+    told = (
+        "**Hypothesis 1**: the race stops because of the choice of opponents and the noise of selection, and in a "
+        f"better setting both sides keep improving. By its test, that both gain in the second half, it "
+        f"**{'holds' if passed else 'does not hold'}** for these {len(arrays['config'])} seeds. The predators gain "
+        f"{whole[0]} over the whole run and {late[0]} in its second half, the prey {whole[1]} and {late[1]}."
     )
+    if passed and paper:
+        same = [compare(*(endpoints.run_gains(each, role, half=True) for each in (arrays, paper))) for role in ROLES]
+        told += (
+            f" That the setting is the cause is another question: the second-half gains less those of the paper's "
+            f"setting on these cells are {same[0].interval} and {same[1].interval} ({len(paper['config'])} seeds)."
+        )
+    return told + _few(len(arrays["config"]))
 
 
 def _few(n_seeds: int) -> str:
@@ -144,11 +133,11 @@ def _splitting(found: Task, who: str, looked_at: int) -> str:
     levels = (f"{role} {each.interval}" for role, each in level.items())
     verdicts = (f"**{'holds' if each.low > 0 else 'fails'}** for the {role}" for role, each in gain.items())
     return (
-        f"**A network for each opponent that {who} sees, against one that sees all**, with about half as many weights "
-        f"(`race-monolithic`, {len(whole['config'])} seeds of the planned 20). Second-half gain, split less unsplit: "
-        f"{', '.join(gains)}. Level at the end: {', '.join(levels)}. By the protocol the second hypothesis, that "
-        f"splitting sustains the race, so far {' and '.join(verdicts)}. This is open until all seeds are run; it was "
-        f"first looked at with {looked_at}."
+        f"**Hypothesis 2**: in this setting splitting, a network for each opponent that {who} sees, sustains the race. "
+        f"Second-half gain of `race` less that of `race-monolithic` ({len(whole['config'])} seeds of the planned 20), "
+        f"with one network for all opponents and about half as many weights: {', '.join(gains)}. Level at the end: "
+        f"{', '.join(levels)}. By the protocol's test it so far {' and '.join(verdicts)}; the protocol does not say "
+        f"whether one side is enough. This is open until all seeds are run; it was first looked at with {looked_at}."
     )
 
 
@@ -170,7 +159,10 @@ _CONTRASTS = (
     "Each other condition less `race`, against the panel: Hodges-Lehmann differences between seeds [95% interval, not "
     "corrected], and p of the rank test (Holm over this table)."
 )
+_GAINS = "Gains against the panel: the last sixth of the generations less the first."
+_LEVELS = "Levels at the end of the run, mean over seeds [95% interval]."
 _LESSER = (
-    "The smaller of the two sides' gains, mean over seeds, with its p against runs read backwards (Holm over this "
-    "table). A small p says that something changes; it is also found where one side only holds its level."
+    "The smaller of the two sides' gains in each run, mean over seeds; its p against the same runs read backwards "
+    "(one-sided, Holm over this table), which says only that something changes; and in how many runs both sides gain."
 )
+_BEHAVIOURS = "Behaviours, rate beyond chance, mean over the generations."

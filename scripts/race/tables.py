@@ -75,8 +75,10 @@ def lesser_gains(found: dict[str, Arrays]) -> str:
     rows = [[marked(name, len(arrays["config"]))] for name, arrays in found.items()]
     for half in (False, True):
         for row, name in zip(rows, found, strict=True):
-            row += [f"{tests[name, half][0]:+.3f}", f"{corrected[name, half]:.2g}"]
-    return table(["condition", "whole run", "p", "2nd half", "p"], rows)
+            both = [endpoints.run_gains(found[name], role, half=half) for role in ROLES]
+            gained = int((np.minimum(*both) > 0).sum())
+            row += [f"{tests[name, half][0]:+.3f}", f"{corrected[name, half]:.2g}", f"{gained} of {len(both[0])}"]
+    return table(["condition", "whole run", "p", "both gain", "2nd half", "p", "both gain"], rows)
 
 
 def contrasts(found: dict[str, Arrays]) -> str:

@@ -4,13 +4,15 @@ HEAD = """# Does the race go on?
 
 {answer}
 
-`python scripts/prove_race.py`, {runs} runs so far. The conditions, the endpoints and the tests stand in
-[the protocol](race-protocol.md), written before the runs, later changed once and extended six times; it tells what
-was known at each change. What is planned there and missing here has not been run yet. Levels and gains are measured
-against frozen teams, behaviours and exploiters against the run's own champions of the same generation. The
-*panel* is 20 runs that nobody trained on, 10 with biases and 10 without, with six champions each. The *zoo* is the
-first zoo's held-out teams, which are older than the race (there are none for `steppe`), and the *scripts* are those of
-the environment."""
+`race` is the recommended setting: the preset `race-steppe` with two prey, `race-3v1` with one. The *panel* is 20
+runs, 10 in the paper's setting and 10 with bias genes and past champions, with six champions each. *Exploiters* are
+populations that evolve from nothing for 20 generations against the other side's champion alone, every 25 generations,
+and join the pool of opponents. The *zoo* is the first zoo's held-out teams, which are older than the race (there are
+none for `steppe`), and the *scripts* are those of the environment. *Beyond chance* is the rate of a behaviour less
+its rate where predators and prey come from different episodes. The page tells of {runs} runs, made by `python
+scripts/prove_race.py`. The conditions, the endpoints and the tests stand in [the protocol](race-protocol.md), written
+before the runs, later changed once and extended six times. What is planned there and missing here has not been run
+yet."""
 
 TASK_TITLES = {
     "3v1": "Three predators, one prey",
@@ -28,9 +30,12 @@ METHOD = """## How to read the tables
 - **Genes**: mean absolute gene of a side in the first and in the last generation.
 - **Lesser gain**: in each run the smaller of the two sides' gains, which is above 0 only if both improve. It is
   tested against the same runs read backwards, since the smaller of two noisy numbers is below 0 where nothing
-  changes.
+  changes. The test rejects that nothing changes, and not that only one side improves.
+- **Exploiters**: the runs train against earlier ones, so where exploiters reach less, champions are harder to learn
+  against from nothing; it does not say that nobody beats them.
 - **Fresh evolution**: 60 generations of evolution from nothing against frozen champions, by the same settings: a
-  lower bound, as more generations reach more.
+  lower bound, as more generations reach more. The higher of it and of the contemporaries is the least by which
+  champions can be beaten.
 - **Behaviours**: fraction of the episodes, champion against contemporary champion, in which a detector fires, less
   its rate where predators and prey come from different episodes
   ([definitions](../esp_trainer/analysis/behaviours/registry.py))."""
