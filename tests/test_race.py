@@ -54,6 +54,17 @@ def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
     assert (alike.low, alike.mean, alike.high) == pytest.approx((1, 1, 1)), "runs that are alike leave no doubt"
 
 
+def test_late_prey_are_also_met_by_the_others_late_predators(tmp_path: Path) -> None:
+    """Two runs of six generations: late predators catch 0.7 of the other's late prey, and 0.5."""
+    own = np.full(6, np.nan)
+    first, second = np.linspace(0.2, 0.7, 6), np.linspace(0.0, 0.5, 6)
+    file = tmp_path / "late-steppe.npz"
+    assert late.caught_by_others(file, "long") is None
+    np.savez(file, **{"long.predators": np.array([np.stack([own, first], axis=1), np.stack([second, own], axis=1)])})
+    assert late.caught_by_others(file, "long") == pytest.approx(0.6)
+    assert late.caught_by_others(file, "race") is None
+
+
 def test_a_contrast_is_a_condition_less_the_race() -> None:
     """Four runs of each; in the race the predators catch 0.5 and the prey escape 0.9, in the other 0.3 and 0.9."""
     levels = {"race": 0.5, "paper": 0.3}
@@ -97,6 +108,9 @@ def test_long_runs_are_named_by_the_rules_of_the_protocol() -> None:
     told = long.tell(arrays, "long.png")
     assert "won by the prey 1, won by the predators 1, goes on 1, levels off 1." in long.in_short(arrays)
     assert "they catch 0.39. That" in long.in_short(arrays), "mean of 0.04, 0.96, 0.06 and 0.5 in the last tenth"
+    assert "of the last prey, and late predators of the other runs catch 0.44 of them. In" in long.in_short(
+        arrays, 0.44
+    )
     assert "one time in four" in told, "a run is said to go on"
     assert "| 10 | levels off | 0.50 -> 0.50 -> 0.50 -> 0.50 -> 0.50 | 0.24 -> 0.35 ->" in told
     assert (

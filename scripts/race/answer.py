@@ -28,13 +28,18 @@ LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 """Seeds of `steppe` whose results were known before the last of the twenty ran."""
 
 
-def in_short(tasks: dict[str, Task]) -> str:
-    """Return what became of two prey on `steppe`, and of one, in the recommended setting, as Markdown."""
+def in_short(tasks: dict[str, Task], by_others: float | None = None) -> str:
+    """Return what became of two prey on `steppe`, and of one, in the recommended setting, as Markdown.
+
+    Args:
+        tasks: The measurements.
+        by_others: See :func:`race.long.in_short`.
+    """
     steppe, one_prey = tasks.get("steppe", {}), tasks.get("3v1", {})
     short = [_MEANING]
     short += [_two_prey(steppe["race"])] if "race" in steppe else []
     short += [_one_prey(one_prey)] if "race" in one_prey else []
-    told = [long.in_short(steppe[long.CONDITION])] if long.CONDITION in steppe else []
+    told = [long.in_short(steppe[long.CONDITION], by_others)] if long.CONDITION in steppe else []
     told += [_splitting(steppe, one_prey)]
     told += [exploitability.in_short(steppe["race"]), courses.in_short(steppe)] if "race" in steppe else []
     parts = ["\n\n".join(short), "\n".join(f"- {each}" for each in told if each)]

@@ -89,6 +89,12 @@ def gain(found: np.ndarray, *, half: bool) -> Interval:
     return Interval(float(gains[apart].mean()), float(low), float(high))
 
 
+def caught_by_others(kept: Path, condition: str) -> float | None:
+    """Return how many of the other runs' late prey the late predators of a condition catch; None if nobody looked."""
+    found = _load(kept).get(f"{condition}.predators")
+    return None if found is None else float(np.nanmean(sixths(found)[1]))
+
+
 def tell(kept: Path) -> str | None:
     """Return what is kept as Markdown, or None if nothing is."""
     found = _load(kept)

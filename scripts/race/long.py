@@ -61,18 +61,24 @@ def tell(arrays: Arrays, figure: str) -> str:
     return "\n\n".join([told, table(heads, rows), f"![{_ALT}]({figure})", _FIGURE])
 
 
-def in_short(arrays: Arrays) -> str:
-    """Return how many runs ended in which way, and what that means."""
+def in_short(arrays: Arrays, by_others: float | None = None) -> str:
+    """Return how many runs ended in which way, and what that means.
+
+    Args:
+        arrays: The measurements.
+        by_others: Fraction of the late prey that late predators of the other runs catch, if it is known.
+    """
     n_generations, n_runs = arrays["caught"].shape[1], len(arrays["config"])
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
     late = np.array_split(arrays["caught"].astype(float), 10, axis=1)[-1].mean()
     fresh = endpoints.fresh(arrays, "predators")[:, -1].mean()
+    others = f", and late predators of the other runs catch {by_others:.2f} of them" if by_others is not None else ""
     return (
         f"**Runs of {n_generations:,} generations** (`{CONDITION}`, {n_runs} of the planned {PLANNED} seeds) end as: "
         f"{told}. A run is won by the prey if in its last tenth its own predators catch less than 5% of them; on "
         f"average over these runs they catch {late:.2f}. That is not unbeatable: predators that evolve from nothing "
-        f"for 60 generations catch {fresh:.2f} of the last prey. In the end {endpoints.told_level(arrays)}. The "
-        "[leaderboard](leaderboard.md#steppe-predators) has the last champions against the zoo's held-out teams."
+        f"for 60 generations catch {fresh:.2f} of the last prey{others}. In the end {endpoints.told_level(arrays)}. "
+        "The [leaderboard](leaderboard.md#steppe-predators) has the last champions against the zoo's held-out teams."
     )
 
 

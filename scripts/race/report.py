@@ -35,7 +35,8 @@ def write(kept: Path, out: Path) -> None:
     if not tasks:
         raise SystemExit(f"there is nothing to report on in {kept}")
     runs = sum(len(a["config"]) for found in tasks.values() for a in found.values())
-    parts = [HEAD.format(runs=runs, answer=answer.in_short(tasks))]
+    by_others = late.caught_by_others(late.file(kept, "steppe"), long.CONDITION)
+    parts = [HEAD.format(runs=runs, answer=answer.in_short(tasks, by_others))]
     for task, found in tasks.items():
         draw(task, _without_long(found), FIRST, kept.parent)
         if long.CONDITION in found:
