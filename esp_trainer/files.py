@@ -178,6 +178,14 @@ def write_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappi
     write(path, save(contiguous, metadata={_HEADER: json.dumps(whole, allow_nan=False)}))
 
 
+def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays as NumPy's compressed file, and the directories that it needs."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = io.BytesIO()
+    np.savez_compressed(data, **arrays)  # type: ignore[arg-type]
+    write(path, data.getvalue())
+
+
 def read_arrays(path: Path, kind: str, *, finite: bool = True) -> tuple[dict[str, Any], dict[str, StoredArray]]:
     """Return the header and the arrays of a file of that kind.
 

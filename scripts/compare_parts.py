@@ -21,9 +21,10 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 import numpy as np
 from parts import report
 from parts.measure import measure_all
-from study import SMALL, StudyParser, evolve
+from study import SMALL, StudyParser
 
 from esp_trainer.sweep.plan import PlannedRun, read_plan
+from esp_trainer.sweep.run_all import run_all
 
 HERE = Path(__file__).parent
 TASKS = {"algorithms": ("3v1", "steppe"), "senses": ("3v1",)}
@@ -43,7 +44,7 @@ def main() -> None:
     runs, out = options.runs, options.out
     for plan in () if options.report else options.only:
         planned = _planned(plan, options.quick)
-        evolve(runs / plan, planned, options.workers)
+        run_all(runs / plan, planned, options.workers)
         measure_all(runs / plan, planned, _kept(out, plan), options.workers)
     for study, tasks in TASKS.items():
         there = {task: file for task in tasks if (file := _kept(out, f"{study}-{task}")).exists()}

@@ -18,9 +18,10 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from learning import page
 from learning.runs import PLAN, small
-from study import StudyParser, in_processes
+from study import StudyParser
 
 from esp_trainer.files import write_text
+from esp_trainer.jobs import in_processes
 
 
 def main() -> None:

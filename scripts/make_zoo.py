@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 from study import SMALL, commit
-from study import evolve as do_runs
 from tqdm import tqdm
 
 from esp_trainer import Team, preset
@@ -38,6 +37,7 @@ from esp_trainer.presets import PRESETS
 from esp_trainer.run.directory import versions
 from esp_trainer.seeding import stream
 from esp_trainer.sweep.plan import PlannedRun
+from esp_trainer.sweep.run_all import run_all
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import FIRST_ZOO, HELD_OUT_PREFIX, PLACE
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
@@ -113,7 +113,7 @@ def evolve(tasks: list[str], place: Path, quick: bool, workers: int) -> dict[str
         for name in names
         for seed in (*SEEDS, *HELD_OUT_SEEDS)
     ]
-    do_runs(place, plan, workers)
+    run_all(place, plan, workers)
     return {
         task: [History.of_run(place / run.name) for run in plan if run.cell.partition("-")[2] == task] for task in tasks
     }

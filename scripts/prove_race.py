@@ -22,9 +22,10 @@ sys.path.insert(0, str(Path(__file__).parent))  # workers of the pools import it
 
 from race import late, report
 from race.measure import gather, kept_rows, measure_all
-from study import SMALL, SMALL_WORLD, StudyParser, evolve
+from study import SMALL, SMALL_WORLD, StudyParser
 
 from esp_trainer.sweep.plan import PlannedRun, read_plan
+from esp_trainer.sweep.run_all import run_all
 
 PLACE = Path(__file__).parent / "race"
 TASKS = ("3v1", "3v2", "steppe")
@@ -70,8 +71,8 @@ def _do(place: Path, panel: list[PlannedRun], runs: list[PlannedRun], n: int, ke
     there = kept_rows(kept / f"{runs[0].cell}.npz")
     todo = [run for run in runs[:n] if run.config.model_dump_json() not in there]
     if todo:
-        evolve(place / "panel", panel, workers)
-        evolve(place, todo, workers)
+        run_all(place / "panel", panel, workers)
+        run_all(place, todo, workers)
         measure_all(place, todo, [place / "panel" / run.name for run in panel], workers)
         gather(place, runs, kept)
 

@@ -24,7 +24,10 @@ from reproduction.claims import read_claims, verdicts
 from reproduction.measure import measure
 from reproduction.results import StudyResults, load
 from reproduction.settings import Setting, read_settings, small
-from study import StudyParser, commit, evolve, in_processes
+from study import StudyParser, commit
+
+from esp_trainer.jobs import in_processes
+from esp_trainer.sweep.run_all import run_all
 
 
 def main() -> None:
@@ -55,7 +58,7 @@ def run(settings: list[Setting], panels: list[Setting], runs: Path, kept: Path, 
     """Evolve and measure settings, first the panels of held-out runs that they are measured against."""
     worlds = [setting.world for setting in settings]
     panels = [panel for panel in panels if panel.world in worlds]
-    evolve(runs, [run for setting in [*panels, *settings] for run in setting.runs], workers)
+    run_all(runs, [run for setting in [*panels, *settings] for run in setting.runs], workers)
     jobs = []
     for setting in settings:
         panel = [runs / run.name for each in panels if each.world == setting.world for run in each.runs]

@@ -1,31 +1,19 @@
-"""Parts that studies share: doing runs, working in several processes, and filling a page with numbers."""
+"""Parts that studies share: their options, and filling a page with numbers."""
 
 from __future__ import annotations
 
 import argparse
-import io
 import os
 import platform
 import re
 import string
 import subprocess
-import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from tqdm import tqdm
-
 from esp_trainer.cores import cores
-from esp_trainer.files import write
-from esp_trainer.sweep.local import LocalPool
-from esp_trainer.sweep.plan import PlannedRun
-from esp_trainer.sweep.pool import Work
-from esp_trainer.sweep.results import is_whole
 
 SMALL: dict[str, Any] = {
     "generations": 9,
@@ -68,50 +56,6 @@ class StudyParser(argparse.ArgumentParser):
         runs, out = map(Path, self._places[options.quick])
         options.runs, options.out = options.runs or runs, options.out or out
         return options
-
-
-def evolve(place: Path, runs: Sequence[PlannedRun], workers: int) -> None:
-    """Do the runs that are not whole, as ``esp-trainer sweep`` does; one run that fails ends the study."""
-    todo = [run for run in runs if not is_whole(place / run.name, run)]
-    if not todo:
-        return
-    place.mkdir(parents=True, exist_ok=True)
-    pool = LocalPool([Work(place / run.name, run.config) for run in todo], workers)
-    left = len(todo)
-    try:
-        while left:
-            for path, reason in pool.outcomes(1.0):
-                if reason:
-                    raise RuntimeError(f"{path} failed: {reason}")
-                left -= 1
-                print(f"{path.name}: done, {left} left", file=sys.stderr, flush=True)
-    except BaseException:
-        pool.stop()
-        raise
-    finally:
-        pool.close()
-
-
-def in_processes(work: Callable[..., object], jobs: Sequence[tuple[Any, ...]], workers: int, what: str) -> None:
-    """Call a function with each job's arguments, each in a process of its own; show the progress."""
-    if not jobs:
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        running = [pool.submit(work, *job) for job in jobs]
-        try:
-            for job in tqdm(as_completed(running), total=len(running), desc=what, unit="run"):
-                job.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
-def keep(file: Path, found: Mapping[str, np.ndarray]) -> None:
-    """Write measurements; a file is whole or not there."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    data = io.BytesIO()
-    np.savez_compressed(data, **found)
-    write(file, data.getvalue())
 
 
 def table(heads: Iterable[str], rows: Iterable[Iterable[object]], align: str = "---") -> str:

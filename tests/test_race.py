@@ -42,18 +42,6 @@ def test_a_gain_is_the_last_sixth_less_the_first_against_the_same_opponent() -> 
     np.testing.assert_allclose(endpoints.level(measured([curve], "prey"), "prey", "panel"), [0.55])
 
 
-def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
-    """Two runs of six generations gain 0.6 and 0.2 against each other, and 0.2 and 0.4 in their second halves."""
-    own = np.full(6, np.nan)
-    first, second = [0.1, 0.3, 0.4, 0.5, 0.6, 0.7], [0.3, 0.2, 0.0, 0.1, 0.3, 0.5]
-    found = np.array([np.stack([own, first], axis=1), np.stack([second, own], axis=1)])
-    assert late.gain(found, half=False).mean == pytest.approx(0.4)
-    assert late.gain(found, half=True).mean == pytest.approx(0.3)
-    same = np.stack([np.where(np.eye(5)[i], np.nan, np.linspace(0, 1, 6)[:, None]) for i in range(5)])
-    alike = late.gain(same, half=False)
-    assert (alike.low, alike.mean, alike.high) == pytest.approx((1, 1, 1)), "runs that are alike leave no doubt"
-
-
 def test_late_prey_are_also_met_by_the_others_late_predators(tmp_path: Path) -> None:
     """Two runs of six generations: late predators catch 0.7 of the other's late prey, and 0.5."""
     own = np.full(6, np.nan)

@@ -45,6 +45,25 @@ def over_runs_and_panel(table: np.ndarray, per_run: int = 1, seed: int = 0) -> I
     return Interval(float(by_member.mean()), float(low), float(high))
 
 
+def sixths(found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first and the last sixth of the generations of an array ``(n_seeds, n_generations, ...)``."""
+    sixth = max(1, found.shape[1] // 6)
+    return found[:, :sixth], found[:, -sixth:]
+
+
+def gained(found: np.ndarray, *, half: bool) -> np.ndarray:
+    """Return the last sixth of the generations less the first, of an array ``(n_seeds, n_generations, ...)`` or, with
+    ``half``, of its second half.
+    """
+    first, last = sixths(found[:, found.shape[1] // 2 :] if half else found)
+    return np.asarray(last.mean(axis=1) - first.mean(axis=1))
+
+
+def by_third(found: np.ndarray) -> np.ndarray:
+    """Return the means of three equal parts of each run's values ``(n_seeds, n)``, ``(n_seeds, 3)``."""
+    return np.stack([part.mean(axis=1) for part in np.array_split(found, 3, axis=1)], axis=1)
+
+
 def lesser_gain(predators: SeedValues, prey: SeedValues, seed: int = 0) -> tuple[float, float]:
     """Return the mean over runs of the lesser side's gain, and its one-sided p.
 

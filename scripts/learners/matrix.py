@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from study import keep
 from tqdm import tqdm
 
 from esp_trainer import Team
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import write_npz
 from esp_trainer.tasks import WORLDS
 from esp_trainer.teams.zoo import known_teams, load_team
 from esp_trainer.types import ROLES, Role, ScriptedTeams, TeamBatch
@@ -28,7 +28,7 @@ class Kept:
 
     def save(self, path: Path) -> None:
         """Write it to a file."""
-        keep(path, vars(self))
+        write_npz(path, vars(self))
 
     @classmethod
     def load(cls, path: Path) -> Self:

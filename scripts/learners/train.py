@@ -11,12 +11,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from study import in_processes
-
 from esp_trainer import Team, preset
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
 from esp_trainer.files import write_text
+from esp_trainer.jobs import in_processes
 from esp_trainer.types import ROLES, Role
 from learners.contestants import TASK, TeamKind
 

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 from race.measure import GENERATIONS, Arrays, behaviours, is_measured, measured_file
-from study import in_processes, keep
 from tqdm import tqdm
 
 from esp_trainer.analysis.comparison import caught_by_each, held_out_opponents, script_panel
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import write_npz
+from esp_trainer.jobs import in_processes
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.types import ROLES, Role, TeamBatch
 from predprey_env.agents import other_team
@@ -32,7 +33,7 @@ def measure_all(place: Path, runs: Sequence[PlannedRun], kept: Path, workers: in
     arrays = {name: np.stack([found[name] for found in each]) for name in each[0]}
     arrays["condition"] = np.array([run.cell for run in runs])
     arrays["met"] = _met(place, runs, workers)
-    keep(kept, arrays)
+    write_npz(kept, arrays)
 
 
 def _measure_run(place: Path, run: PlannedRun) -> None:
@@ -44,7 +45,7 @@ def _measure_run(place: Path, run: PlannedRun) -> None:
         for name, opponents in (("held_out", held_out_opponents(history.config.env)), ("scripts", script_panel())):
             caught = caught_by_each(role, mine, opponents[other_team(role)], evaluator)
             found[f"{name}.{role}"] = caught.astype(np.float32)
-    keep(measured_file(place, run), found | behaviours(history, evaluator, generations))
+    write_npz(measured_file(place, run), found | behaviours(history, evaluator, generations))
 
 
 def _met(place: Path, runs: Sequence[PlannedRun], workers: int) -> np.ndarray:

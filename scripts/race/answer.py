@@ -29,12 +29,7 @@ LOOKED_AT = (100, 101, 102, 103, 104, 109, 110)
 
 
 def in_short(tasks: dict[str, Task], by_others: float | None = None) -> str:
-    """Return what became of two prey on `steppe`, and of one, in the recommended setting, as Markdown.
-
-    Args:
-        tasks: The measurements.
-        by_others: See :func:`race.long.in_short`.
-    """
+    """Return what became of two prey on `steppe`, and of one, as Markdown; for ``by_others`` see :mod:`race.long`."""
     steppe, one_prey = tasks.get("steppe", {}), tasks.get("3v1", {})
     short = [_MEANING]
     short += [_two_prey(steppe["race"])] if "race" in steppe else []

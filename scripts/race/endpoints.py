@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from esp_trainer.analysis.behaviours.counts import is_alone, over_chance
-from esp_trainer.analysis.gains import Interval, over_runs_and_panel
+from esp_trainer.analysis.gains import Interval, gained, over_runs_and_panel, sixths
 from esp_trainer.types import ROLES, Role
 from race.measure import PER_RUN, Arrays
 
@@ -24,18 +24,6 @@ def gains(arrays: Arrays, role: Role, panel: str = "panel", *, half: bool = Fals
     ``(n_seeds, n_opponents)``. With ``half``, of the second half of the run alone.
     """
     return gained(results(arrays, role, panel), half=half)
-
-
-def gained(found: np.ndarray, *, half: bool) -> np.ndarray:
-    """Return the last sixth less the first of an array ``(n_seeds, n_generations, ...)``, or of its second half."""
-    first, last = sixths(found[:, found.shape[1] // 2 :] if half else found)
-    return np.asarray(last.mean(axis=1) - first.mean(axis=1))
-
-
-def sixths(found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and the last sixth of the generations of an array ``(n_seeds, n_generations, ...)``."""
-    sixth = max(1, found.shape[1] // 6)
-    return found[:, :sixth], found[:, -sixth:]
 
 
 def run_gains(arrays: Arrays, role: Role, *, half: bool) -> np.ndarray:
@@ -93,8 +81,3 @@ def exploiters(arrays: Arrays, role: Role) -> tuple[np.ndarray, np.ndarray]:
     """
     caught = arrays[f"exploited.{role}"].astype(float)
     return arrays["exploited.generations"][0], caught if role == "predators" else 1.0 - caught
-
-
-def by_third(values: np.ndarray) -> np.ndarray:
-    """Return the means of three equal parts of each run's values ``(n_seeds, n)``, ``(n_seeds, 3)``."""
-    return np.stack([part.mean(axis=1) for part in np.array_split(values, 3, axis=1)], axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 from study import table
 
 from esp_trainer.analysis import plots
+from esp_trainer.analysis.gains import by_third
 from esp_trainer.analysis.inference import MIN_SEEDS
 from esp_trainer.types import ROLES
 from race import endpoints
@@ -62,12 +63,7 @@ def tell(arrays: Arrays, figure: str) -> str:
 
 
 def in_short(arrays: Arrays, by_others: float | None = None) -> str:
-    """Return how many runs ended in which way, and what that means.
-
-    Args:
-        arrays: The measurements.
-        by_others: Fraction of the late prey that late predators of the other runs catch, if it is known.
-    """
+    """Return how many runs ended in which way. ``by_others`` is what the other runs' predators catch of late prey."""
     n_generations, n_runs = arrays["caught"].shape[1], len(arrays["config"])
     told = ", ".join(f"{end} {n}" for end, n in Counter(outcomes(arrays)).most_common())
     late = np.array_split(arrays["caught"].astype(float), 10, axis=1)[-1].mean()
@@ -99,7 +95,7 @@ def _exploiters(arrays: Arrays) -> list[np.ndarray]:
     """Return what exploiters of each side reach in each third, ``(n_runs, 3)`` each; nothing if there are none."""
     if "exploited.prey" not in arrays:
         return []
-    return [endpoints.by_third(endpoints.exploiters(arrays, role)[1]) for role in ROLES]
+    return [by_third(endpoints.exploiters(arrays, role)[1]) for role in ROLES]
 
 
 def draw(arrays: Arrays, file: Path) -> None:

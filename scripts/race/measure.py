@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from study import in_processes, keep
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import Panel, caught_by_each, held_out_opponents, script_panel
@@ -17,6 +16,8 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.watch import watch_behaviours
 from esp_trainer.config import RunConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import write_npz
+from esp_trainer.jobs import in_processes
 from esp_trainer.report.source import SPREADS, read_source
 from esp_trainer.sweep.plan import PlannedRun
 from esp_trainer.types import ROLES
@@ -81,7 +82,7 @@ def _measure_run(place: Path, run: PlannedRun, panel: Sequence[Path]) -> None:
         found["own"] = own_cross_play(history, evaluator, n_generations=GENERATIONS).caught.astype(np.float32)
         found |= behaviours(history, evaluator, generations)
         found |= _responses(history, evaluator)
-    keep(measured_file(place, run), found)
+    write_npz(measured_file(place, run), found)
 
 
 def _members(panel: Sequence[Path]) -> Panel:
@@ -134,15 +135,21 @@ def gather(place: Path, runs: Sequence[PlannedRun], kept: Path) -> None:
         each = [rows[key] for run in runs if run.cell == condition and (key := run.config.model_dump_json()) in rows]
         if each:
             shared = [name for name in each[0] if all(name in found for found in each)]
-            keep(file, {name: np.stack([found[name] for found in each]) for name in shared})
+            write_npz(file, {name: np.stack([found[name] for found in each]) for name in shared})
+
+
+def load(file: Path) -> Arrays:
+    """Return the arrays of a file; none if there is no file."""
+    if not file.exists():
+        return {}
+    with np.load(file) as arrays:
+        return dict(arrays)
 
 
 def kept_rows(file: Path) -> dict[str, Arrays]:
     """Return the measurements of each run in a condition's file, by the run's config as it is written today."""
-    if not file.exists():
+    if not (whole := load(file)):
         return {}
-    with np.load(file) as arrays:
-        whole = dict(arrays)
     configs = [RunConfig.from_dict(json.loads(str(config))) for config in whole["config"]]
     return {
         config.model_dump_json(): {name: values[row] for name, values in whole.items()}
@@ -151,8 +158,7 @@ def kept_rows(file: Path) -> dict[str, Arrays]:
 
 
 def _measurements(place: Path, run: PlannedRun) -> Arrays:
-    with np.load(measured_file(place, run)) as arrays:
-        return dict(arrays) | _exploited(place / run.name)
+    return load(measured_file(place, run)) | _exploited(place / run.name)
 
 
 def _exploited(path: Path) -> Arrays:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from esp_trainer.analysis.inference import compare
 from esp_trainer.files import write_text
 from esp_trainer.types import ROLES
 from race import answer, courses, endpoints, exploitability, late, long, tables
 from race.figures import draw
-from race.measure import Arrays, Task
+from race.measure import Arrays, Task, load
 from race.text import HEAD, METHOD, TASK_TITLES
 
 _TWO_PREY = (
@@ -50,10 +48,7 @@ def write(kept: Path, out: Path) -> None:
 
 
 def _load(place: Path) -> Task:
-    found = {}
-    for file in place.glob("*.npz"):
-        with np.load(file) as arrays:
-            found[file.stem] = dict(arrays)
+    found = {file.stem: load(file) for file in place.glob("*.npz")}
     order = {name: i for i, name in enumerate(FIRST)}
     return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from race.measure import Arrays, behaviours, measured_file
-from study import keep
 
 from esp_trainer.analysis.best_response import evolve_response
 from esp_trainer.analysis.comparison import caught_by_each, script_panel
 from esp_trainer.analysis.cross_play import own_cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import write_npz
 from esp_trainer.sweep.plan import PlannedRun
 from predprey_env.agents import other_team
 
@@ -50,4 +50,4 @@ def measure(place: Path, run: PlannedRun, panel: Sequence[Path], thorough: bool)
     if thorough:
         found["watched"] = history.sample(WATCHED)
         found |= behaviours(history, evaluator, found["watched"])
-    keep(measured_file(place, run), found)
+    write_npz(measured_file(place, run), found)

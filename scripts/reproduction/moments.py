@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from study import keep
 
 from esp_trainer.analysis import plots
 from esp_trainer.analysis.behaviours.registry import BEHAVIOURS
@@ -15,6 +14,7 @@ from esp_trainer.analysis.history import History
 from esp_trainer.analysis.moments import best_moment
 from esp_trainer.analysis.watch import episodes
 from esp_trainer.evaluation.fused import FusedEvaluator
+from esp_trainer.files import write_npz
 from reproduction.results import StudyResults
 
 _SHOWN = [name for name, detector in BEHAVIOURS.items() if detector.of_interaction]
@@ -30,7 +30,7 @@ def find(runs: Path, results: Mapping[str, StudyResults], kept: Path) -> None:
             found[name] = cells.astype(np.int16)
             found[f"{name}, about"] = np.array(json.dumps(about))
     if found:
-        keep(kept / "moments.npz", found)
+        write_npz(kept / "moments.npz", found)
 
 
 def _best(runs: Path, results: StudyResults, name: str) -> tuple[dict[str, object], np.ndarray] | None:

@@ -7,7 +7,8 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from esp_trainer.analysis.gains import Interval, lesser_gain, over_runs_and_panel
+from esp_trainer.analysis.gains import Interval, by_third, gained, lesser_gain, over_runs_and_panel
+from esp_trainer.analysis.late_panel import late_gain
 
 
 def test_an_interval_is_as_wide_as_runs_and_opponents_differ() -> None:
@@ -50,3 +51,22 @@ def test_the_lesser_gain_is_tested_against_runs_read_backwards() -> None:
 
 def test_one_side_that_gains_what_the_other_loses_is_no_race() -> None:
     assert lesser_gain(np.full(10, 0.3), np.full(10, -0.3))[1] == 1.0
+
+
+def test_a_run_gains_against_the_late_champions_of_the_others_alone() -> None:
+    """Two runs of six generations gain 0.6 and 0.2 against each other, and 0.2 and 0.4 in their second halves."""
+    own = np.full(6, np.nan)
+    first, second = [0.1, 0.3, 0.4, 0.5, 0.6, 0.7], [0.3, 0.2, 0.0, 0.1, 0.3, 0.5]
+    found = np.array([np.stack([own, first], axis=1), np.stack([second, own], axis=1)])
+    assert late_gain(found, half=False).mean == pytest.approx(0.4)
+    assert late_gain(found, half=True).mean == pytest.approx(0.3)
+    same = np.stack([np.where(np.eye(5)[i], np.nan, np.linspace(0, 1, 6)[:, None]) for i in range(5)])
+    alike = late_gain(same, half=False)
+    assert (alike.low, alike.mean, alike.high) == pytest.approx((1, 1, 1)), "runs that are alike leave no doubt"
+
+
+def test_sixths_and_thirds_are_means_of_equal_parts() -> None:
+    twelve = np.arange(12.0)[None]
+    assert gained(twelve, half=False).tolist() == [10.0]  # 10.5 less 0.5
+    assert gained(twelve, half=True).tolist() == [5.0]  # 11 less 6
+    assert by_third(twelve).tolist() == [[1.5, 5.5, 9.5]]
