@@ -21,6 +21,7 @@ from esp_trainer.analysis.comparison import (
 from esp_trainer.analysis.cross_play import cross_play
 from esp_trainer.analysis.history import History
 from esp_trainer.analysis.inference import compare
+from esp_trainer.analysis.late_panel import meet_late
 from esp_trainer.coevolution.sides import side_controller
 from esp_trainer.config import RunConfig, SideConfig
 from esp_trainer.evaluation.fused import FusedEvaluator
@@ -125,6 +126,17 @@ def test_a_held_out_run_sends_six_champions_of_each_side() -> None:
         expected = run.entrants(role, np.array([0, 2, 4, 7, 9, 11]))
         assert isinstance(expected, EvolvedTeams)
         assert np.array_equal(teams.genomes, expected.genomes)
+
+
+def test_runs_meet_the_late_champions_of_the_others_and_not_their_own(evaluator: FusedEvaluator) -> None:
+    runs = [random_history(seed=seed) for seed in range(3)]
+    found = meet_late(runs, evaluator, n_generations=4)
+    for role, other in (("predators", "prey"), ("prey", "predators")):
+        assert found[role].shape == (3, 4, 3)
+        assert np.isnan(found[role]).tolist() == [[[i == j for j in range(3)]] * 4 for i in range(3)]
+        mine = runs[1].entrants(role, np.array([0, 4, 7, 11]))
+        caught = caught_by_each(role, mine, [runs[2].entrants(other, np.array([10, 10, 11]))], evaluator).mean(axis=1)
+        assert found[role][1, :, 2] == pytest.approx(caught if role == "predators" else 1 - caught)
 
 
 def condition(name: str, **values: list[float]) -> Condition:
