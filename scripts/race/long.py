@@ -13,7 +13,7 @@ from esp_trainer.analysis import plots
 from esp_trainer.analysis.gains import by_third
 from esp_trainer.analysis.inference import MIN_SEEDS
 from esp_trainer.types import ROLES
-from race import endpoints
+from race import endpoints, exploitability
 from race.measure import Arrays
 from race.tables import arrows
 
@@ -58,7 +58,7 @@ def tell(arrays: Arrays, figure: str) -> str:
         + [arrows(each[run]) for found in by_third.values() for each in found]
         for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
-    told = f"{_RULES} {known}{luck}{_predicted(arrays)}{_TABLE}"
+    told = f"{_RULES} {known}{luck}{_predicted(arrays)}{_TABLE}{exploitability.learned_against(arrays)}"
     return "\n\n".join([told, table(heads, rows), f"![{_ALT}]({figure})", _FIGURE])
 
 
