@@ -50,12 +50,12 @@ def tell(arrays: Arrays, figure: str) -> str:
     known = f"In the second half {gains} against the panel. " * (len(arrays["config"]) >= MIN_SEEDS)
     luck = f"{_LUCK} " * ("goes on" in outcomes(arrays))
     heads = ["seed", "the run", "caught of contemporaries", *(f"{role}, panel" for role in ROLES)]
-    by_third = {"exploiting": _exploiters(arrays), "fresh": [endpoints.fresh(arrays, role) for role in ROLES]}
-    heads += [f"{kind} {role}" for kind, found in by_third.items() if found for role in ROLES]
+    in_thirds = {"exploiting": _exploiters(arrays), "fresh": [endpoints.fresh(arrays, role) for role in ROLES]}
+    heads += [f"{kind} {role}" for kind, found in in_thirds.items() if found for role in ROLES]
     curves = [arrays["caught"].astype(float), *(endpoints.results(arrays, r, "panel").mean(axis=2) for r in ROLES)]
     rows = [
         [seed, end, *(_course(curve[run]) for curve in curves)]
-        + [arrows(each[run]) for found in by_third.values() for each in found]
+        + [arrows(each[run]) for found in in_thirds.values() for each in found]
         for run, (seed, end) in enumerate(zip(_seeds(arrays), outcomes(arrays), strict=True))
     ]
     told = f"{_RULES} {known}{luck}{_predicted(arrays)}{_TABLE}{exploitability.learned_against(arrays)}"
