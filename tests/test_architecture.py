@@ -20,7 +20,7 @@ LAYERS = [
     ["networks"],
     ["types"],
     ["game", "games"],
-    ["config", "esp_config", "cores", "processes", "seeding", "statistics", "files", "tasks"],
+    ["config", "esp_config", "cores", "jobs", "processes", "seeding", "statistics", "files", "tasks"],
     ["presets", "algorithm"],
     ["esp"],
     ["algorithms"],
