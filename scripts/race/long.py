@@ -10,7 +10,6 @@ import numpy as np
 from study import table
 
 from esp_trainer.analysis import plots
-from esp_trainer.analysis.gains import by_third
 from esp_trainer.analysis.inference import MIN_SEEDS
 from esp_trainer.types import ROLES
 from race import endpoints, exploitability
@@ -95,7 +94,7 @@ def _exploiters(arrays: Arrays) -> list[np.ndarray]:
     """Return what exploiters of each side reach in each third, ``(n_runs, 3)`` each; nothing if there are none."""
     if "exploited.prey" not in arrays:
         return []
-    return [by_third(endpoints.exploiters(arrays, role)[1]) for role in ROLES]
+    return [exploitability.exploiters_by_third(arrays, role) for role in ROLES]
 
 
 def draw(arrays: Arrays, file: Path) -> None:
